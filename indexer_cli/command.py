@@ -16,7 +16,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 import hydra
 from hydra._internal.utils import get_args_parser
@@ -33,13 +33,13 @@ from indexer_cli.manual import manual
 from indexer_cli.pipe import forgiving_output
 from indexer_cli.sweep import outcome
 from indexer_cli.typed_keys import as_typed, dotted
+from indexer_cli.words import BAD_INPUT, stop_for
 from indexer_env.checks import check_choice, closest, did_you_mean
 from indexer_env.errors import IndexerError, ParameterError, refuse
 from indexer_env.laws import LAWS
 from indexer_env.presets import config_dir
 
 DIFFERENT = 1
-BAD_INPUT = 2
 INTERRUPTED = 130
 
 _FULL_ERROR = "HYDRA_FULL_ERROR"
@@ -114,7 +114,7 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
                 # Hydra refuses some malformed overrides so; in a running job it is a defect.
                 if composed:
                     raise
-                _refuse(_one_line(malformed(error, sys.argv[1:])))
+                stop_for(_one_line(malformed(error, sys.argv[1:])))
             finally:
                 del os.environ[_FULL_ERROR]
                 if before is not None:
@@ -185,6 +185,8 @@ def _explained(error: Exception, config_name: str) -> str:
         return f"{key} must be of the kind that it is in the configuration, got {value}; see {config_dir()}."
     if found := re.match(r"Ambiguous value for argument '([^=]+)=(.*)'", text):
         remedy = "write it in [] for a list, in quotes for a text, or add -m to sweep over it"
+        if re.fullmatch(r"[+-]?\d+,\d+", found[2]):
+            remedy = f"write {found[2].replace(',', '.')} with a decimal point, or {remedy}"
         return f"{found[1]} must be one value, got {found[2]!r}; {remedy}."
     return _one_line(text)
 
@@ -196,20 +198,13 @@ def _reported(action: Callable[[], _T], config_name: str, config: DictConfig | N
         print(": ".join(["stopped from the keyboard", *map(str, stop.args)]), file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
     except (IndexerError, HydraException, OmegaConfBaseException) as error:
-        _refuse(explain(error, config_name, config))
+        stop_for(explain(error, config_name, config))
     except OSError as error:
         where = f"{error.filename} " if error.filename else "a file "
-        _refuse(f"{where}cannot be used ({error.strerror or error}); check the path, its permissions and the disk.")
+        stop_for(f"{where}cannot be used ({error.strerror or error}); check the path, its permissions and the disk.")
     except MemoryError as error:
         # numpy's sentence says how much was asked for; Python's own is empty.
-        _refuse(f"the job must fit into memory, but {error or 'it does not'}; ask for fewer or shorter records.")
-
-
-def _refuse(sentence: str) -> NoReturn:
-    print(f"error: {sentence}", file=sys.stderr)
-    stop = SystemExit(BAD_INPUT)
-    stop.add_note(sentence)
-    raise stop from None
+        stop_for(f"the job must fit into memory, but {error or 'it does not'}; ask for fewer or shorter records.")
 
 
 def _answered(config_name: str) -> bool:
@@ -220,7 +215,7 @@ def _answered(config_name: str) -> bool:
         return True
     flags, unknown = get_args_parser().parse_known_args()
     if unknown:
-        _refuse(f"the command line must hold KEY=VALUE pairs, got {unknown[0]!r}; see --help for the keys.")
+        stop_for(f"the command line must hold KEY=VALUE pairs, got {unknown[0]!r}; see --help for the keys.")
     if flags.help:
         print(manual(config_name))
     return flags.help

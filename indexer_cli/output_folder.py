@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -87,6 +86,10 @@ def output_folder(out: str | Path, own: tuple[str, ...], overwrite: bool = False
         try:
             fresh.rename(folder)
         except OSError:
+            if folder.exists():
+                rule = f"out must be a folder that no other run is writing to, got {out}"
+                raise StoreError(f"{rule}, where another has just ended; look at it or choose another.") from None
             if (Path(work) / "old").exists():
-                shutil.move(Path(work) / "old", folder)
+                # moved by shutil, it would end inside a folder that is there by now
+                os.rename(Path(work) / "old", folder)
             raise

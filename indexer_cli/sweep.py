@@ -16,8 +16,9 @@ from hydra.types import RunMode
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
-from indexer_cli.places import is_url
-from indexer_cli.places.local import whole_file
+from indexer_cli.places import StoreError, is_url
+from indexer_cli.places.local import LocalPlace, whole_file
+from indexer_cli.words import stop_for
 
 TABLE = "sweep.csv"
 """Name of the table, in the folder of the sweep."""
@@ -35,13 +36,28 @@ class SweepTable(Callback):
     """Hydra's callback that keeps the row of each job, in whatever process it runs, and the table with it: where a
     launcher gives up after a job that failed, the table holds all that ended.
 
-    A sweep whose `out` is a URL has no folder here and leaves no table.
+    A sweep whose `out` is a URL has no folder here and leaves no table. Else the folder is its own while it runs.
     """
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
-        """Forget the rows of an earlier sweep. Without a usable folder Hydra refuses the sweep right after this."""
+        """Lock the folder and forget the rows of an earlier sweep. Without a usable folder Hydra refuses the sweep
+        right after this.
+
+        Raises SystemExit where another sweep runs there; Hydra would make a mere warning of an exception.
+        """
+        self._lock = contextlib.ExitStack()
         with contextlib.suppress(OmegaConfBaseException):
+            if is_url(config.get("out")):
+                return
+            try:
+                self._lock.enter_context(LocalPlace(_folder(config)).exclusive())
+            except StoreError as error:
+                stop_for(str(error))
             shutil.rmtree(_folder(config) / _ROWS, ignore_errors=True)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a launcher hands to other processes: the lock stays here."""
+        return {}
 
     def on_job_start(self, config: DictConfig, **kwargs: Any) -> None:
         """Note when the sweep began."""
@@ -78,6 +94,7 @@ class SweepTable(Callback):
             left = f"; {folder / TABLE} is that of an earlier sweep" if _stands(folder) else f": {folder / TABLE}"
             shutil.rmtree(folder / _ROWS, ignore_errors=True)
             print(f"{said}{left}")
+        self._lock.close()
 
 
 def _stands(folder: Path) -> bool:

@@ -63,6 +63,8 @@ def as_typed(sentence: str, command: str, keys: Collection[str], refused: OutOfR
         candidates = [key + unit for key in (named, *whole, f"{_EFFECTS}.{named}") for unit in _UNITS]
         if found := next((key for key in candidates if key in keys), None):
             return found
+        if owner in keys:
+            return named
         # A section may be given as one value, machine.motion_law=cycloidal, whose parts have no key.
         values = [section for section in sections if not any(key.startswith(f"{section}.") for key in keys)]
         return next(iter([*filter(None, values), *(whole if owner in _SECTIONS else ())]), named)

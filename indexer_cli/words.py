@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from rich.console import Console
+
+BAD_INPUT = 2
+"""Exit code of a command that was given what it cannot use."""
+
+
+def stop_for(sentence: str) -> NoReturn:
+    """End the command over its input, with this one line on stderr; the SystemExit has it as a note."""
+    print(f"error: {sentence}", file=sys.stderr)
+    stop = SystemExit(BAD_INPUT)
+    stop.add_note(sentence)
+    raise stop from None
 
 
 def counted(number: int, one: str, many: str | None = None) -> str:

@@ -61,6 +61,6 @@ def unit_of(table: MeasuredTable, column: Column, given: str | None, scale: floa
 
 
 def normal(unit: str) -> str:
-    """A unit in the spelling of ACCELERATION_UNITS: "m/s²" and "m / s2" as "m/s^2"."""
-    text = unit.strip().lower().replace(" ", "").replace("²", "^2").replace("**2", "^2")
+    """A unit in the spelling of ACCELERATION_UNITS: "m/s²", "m/s/s" and "m / s2" as "m/s^2"."""
+    text = unit.strip().lower().replace(" ", "").replace("²", "^2").replace("**2", "^2").replace("/s/s", "/s^2")
     return text[:-2] + "s^2" if text.endswith("/s2") else text

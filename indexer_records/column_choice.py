@@ -28,7 +28,13 @@ def record_of(table: MeasuredTable, time: Column | None, pulse: Column | None, r
     """The one column that may be the record beside its time, named or found, and the pulse; `rate` is the one given."""
     times = [time] if time is not None else _times(table, rate)
     others = [column for column in table.columns if not (column in times or column is pulse or column.clock)]
-    likely = [column for column in others if _is_acceleration(column)] or others
+    likely = [column for column in others if _is_acceleration(column)]
+    if pulse is not None and not likely and (_is_acceleration(pulse) or not others):
+        raise SignalError(
+            f"{table.path}: pulse.column must be another channel than the record, got {pulse.name!r}, the only one "
+            "that may be the record; name the channel of the pulse, or the record (read.signal_column=NAME)."
+        )
+    likely = likely or others
     if not likely:
         first = table.columns[0].name
         raise SignalError(f"{table.path} has no acceleration column beside {first!r}; export both columns.")
@@ -63,6 +69,13 @@ def time_of(table: MeasuredTable, column: Column, rate: float | None) -> Column 
             "name one (read.time_column=NAME)."
         )
     return found[0] if found else None
+
+
+def time_beside(table: MeasuredTable, column: Column) -> Column | None:
+    """The one column of time in a channel's own group, else in the nearest above it, that states a rate for it."""
+    times = [(time.group, time) for time in _times(table, None) if time is not column and time.size == column.size]
+    found = nearest(column.group, times)
+    return found[0] if len(found) == 1 and _states_a_rate(found[0]) else None
 
 
 def are_numbers(column: Column) -> bool:

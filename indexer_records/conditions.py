@@ -48,7 +48,8 @@ class Pulse:
     column : str or None
         Its channel; None: no pulse, the turns follow each other by the period.
     threshold : float or None
-        Level of the edge in the file's unit; None: half-way between the smallest and the largest value.
+        Level of the edge in the file's unit; None: half-way between the smallest and the largest value, see
+        `turns.pulse_edges`.
     edge : str
         rising or falling: which edge begins a turn.
     tolerance : float

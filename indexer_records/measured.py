@@ -17,14 +17,22 @@ from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
 from indexer_records.acceleration_units import KNOWN, unit_of
-from indexer_records.column_choice import are_numbers, named, record_of, time_of
+from indexer_records.column_choice import are_numbers, named, record_of, time_beside, time_of
 from indexer_records.formats import read_table
 from indexer_records.formats.table import Column, MeasuredTable
-from indexer_records.time_grid import check_step, even_rate
+from indexer_records.time_grid import check_step, even_rate, seconds_of
 
 RATE_TOLERANCE = 1e-3
 """Relative difference between a file's rate and the expected one that still counts as equal (clock of a data
 logger)."""
+
+MOST_APART = 0.5
+"""Sampling steps by which channels that belong together may be sampled one after the other."""
+
+
+def same_rate(rate: float, other: float) -> bool:
+    """Whether two rates count as equal, see RATE_TOLERANCE."""
+    return abs(rate - other) <= RATE_TOLERANCE * other
 
 
 @dataclass(frozen=True)
@@ -146,7 +154,7 @@ def read_signal(
     """
     signal = read_recording(path, Reading(sample_rate, unit, scale, time_column, signal_column)).signal
     rate = signal.sample_rate
-    if expected_rate is not None and abs(rate - expected_rate) > RATE_TOLERANCE * expected_rate:
+    if expected_rate is not None and not same_rate(rate, expected_rate):
         raise SignalError(
             f"{signal.source} is sampled at {rate:.6g} Hz where {expected_rate:.6g} Hz must be; "
             "record at that rate or resample the file."
@@ -177,7 +185,8 @@ def read_recording(path: str | Path, reading: Reading, pulse_column: str | None 
                 f"{its[0]} samples at {its[1]:g} Hz in {its[2]} of {columns[0].name!r} and "
                 f"{mine[0]} at {mine[1]:g} Hz in {mine[2]} of {column.name!r}; read them as records of their own."
             )
-    marks = None if pulse is None else _pulse(table, pulse, columns[0])
+        _check_together(table, columns[0], column, time)
+    marks = None if pulse is None else _pulse(table, pulse, columns[0], time)
     return Recording(tuple(signal for signal, _ in found), tuple(column.name for column in columns), marks, found[0][1])
 
 
@@ -194,25 +203,12 @@ def _signal(table: MeasuredTable, time: Column | None, column: Column, reading: 
 
 def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.ndarray, given: float | None) -> float:
     """The rate of a column [Hz]: by its column of time, else as the file states it, else as given."""
-    stated = time if time is not None else column.rate
-    if stated is not None and given is not None:
-        what = f"the time column {stated.name!r}" if isinstance(stated, Column) else f"{stated:g} Hz in the file"
-        raise SignalError(
-            f"{table.path} must have its sampling rate from one place, got {what} and {given:g} Hz; "
-            "leave read.sample_rate out."
-        )
-    if isinstance(stated, Column):
-        try:
-            return even_rate(table, stated, column, values)
-        except SignalError as error:
-            if are_numbers(stated):
-                raise
-            said = str(error).removesuffix(".")
-            raise SignalError(f"{said}, or give the sampling rate in its place (read.sample_rate=HZ).") from None
-    if stated is not None:
-        step = 1.0 / stated if stated else math.inf
-        check_step(f"{table.path}, column {column.name!r}", step, "correct the rate in the file")
-        return stated
+    if time is not None:
+        if given is not None:
+            raise _two_rates(table, f"the time column {time.name!r}", given)
+        return _rate_by(table, time, column, values, "in its place" if not are_numbers(time) else "")
+    if column.rate is not None:
+        return _stated_rate(table, column, column.rate, values, given)
     if given is not None:
         return float(given)
     names = ", ".join(repr(other.name) for other in table.columns)
@@ -222,10 +218,68 @@ def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.
     )
 
 
-def _pulse(table: MeasuredTable, pulse: Column, column: Column) -> np.ndarray:
+def _stated_rate(table: MeasuredTable, column: Column, stated: float, values: np.ndarray, given: float | None) -> float:
+    """The rate that the file states of a column [Hz]; where the column of time beside it says another, the one given
+    decides between the two."""
+    time = None if given is not None and same_rate(given, stated) else time_beside(table, column)
+    own = stated if time is None else _rate_by(table, time, column, values, "that is right")
+    if given is not None and not same_rate(given, own):
+        raise _two_rates(table, f"{stated:g} Hz in the file", given)
+    if given is None and time is not None and not same_rate(own, stated):
+        raise SignalError(
+            f"{table.path} must state one sampling rate of {column.name!r}, got {stated:g} Hz and, by its time column "
+            f"{time.name!r}, {own:.6g} Hz; name that column (read.time_column=NAME) or give the rate that is right "
+            "(read.sample_rate=HZ)."
+        )
+    rate = stated if given is None else own
+    check_step(
+        f"{table.path}, column {column.name!r}", 1.0 / rate if rate else math.inf, "correct the rate in the file"
+    )
+    return rate
+
+
+def _rate_by(table: MeasuredTable, time: Column, column: Column, values: np.ndarray, which: str) -> float:
+    """The rate by a column of time [Hz]; `which` rate may be given instead, "" where none may."""
+    try:
+        return even_rate(table, time, column, values)
+    except SignalError as error:
+        if not which:
+            raise
+        said = str(error).removesuffix(".")
+        raise SignalError(f"{said}, or give the sampling rate {which} (read.sample_rate=HZ).") from None
+
+
+def _two_rates(table: MeasuredTable, what: str, given: float) -> SignalError:
+    return SignalError(
+        f"{table.path} must have its sampling rate from one place, got {what} and {given:g} Hz; "
+        "leave read.sample_rate out."
+    )
+
+
+def _pulse(table: MeasuredTable, pulse: Column, column: Column, time: Column | None) -> np.ndarray:
     if pulse.size != column.size or pulse.rate != column.rate:
         raise SignalError(
             f"{table.path}: the pulse {pulse.name!r} must be sampled together with {column.name!r}, got {pulse.size} "
             f"and {column.size} samples; record both at one rate."
         )
+    _check_together(table, column, pulse, time)
     return pulse.numbers()
+
+
+def _check_together(table: MeasuredTable, column: Column, other: Column, time: Column | None) -> None:
+    """Refuse a channel whose samples were not taken at the times of the first one's, as far as the file tells; `time`
+    is the column of time that is named."""
+    first = time or time_beside(table, column)
+    second = first if other.group == column.group else time_beside(table, other)
+    apart = np.array([other.start - column.start])
+    step = 0.0 if column.rate is None else 1.0 / column.rate
+    if first is not None and second is not None and first is not second:
+        one, its = (seconds_of(table, times) for times in (first, second))
+        apart, step = its - one, float(np.median(np.diff(one)))
+    late = float(apart[np.argmax(np.abs(apart))])
+    if abs(late) > MOST_APART * step:
+        raise SignalError(
+            f"{table.path}: {other.name!r} must be sampled at the same times as {column.name!r}, got some "
+            f"{abs(late):.3g} s {'later' if late > 0.0 else 'earlier'}; record both by one clock, or "
+            "export them on one grid of time."
+        )

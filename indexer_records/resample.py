@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.signal import firwin, kaiserord, oaconvolve, resample_poly
 
 from indexer_env.errors import SignalError
+from indexer_records.measured import same_rate
 
 PASSBAND = 0.4
 STOPBAND = 0.5
@@ -46,9 +48,11 @@ def resampled(
     """Stretches of a record, each on an even grid of its own.
 
     A component up to PASSBAND times the lower of both rates passes; one from STOPBAND times on is taken out by
-    ATTENUATION. Near the ends of the file, half the filter's length, about 32 samples at the target rate, the record is
-    continued by the straight line through its first and last sample. Where all stretches lie on the grid of a file that
-    has the target rate, its own samples are given, untouched.
+    ATTENUATION. A stretch whose step is another than that of `target` has a filter of its own rate, by which nothing
+    folds down in a long turn and the same orders pass in all turns. Near the ends of the file, half the filter's
+    length, about 32 samples at the target rate, the record is continued by the straight line through its first and last
+    sample. Where all stretches lie on the grid of a file that has the target rate, but for its clock
+    (`measured.same_rate`), its own samples are given, untouched.
 
     Parameters
     ----------
@@ -70,15 +74,26 @@ def resampled(
         `target` is more than MOST_UPSAMPLING times `rate`.
     """
     check_ratio(rate, target)
-    if on_grid(rate, target, starts, steps, samples):
-        return values[np.round(starts * rate).astype(int)[:, None] + np.arange(samples)]
-    return _curve(values, rate, target)(starts[:, None] + steps[:, None] * np.arange(samples))
+    if on_grid(rate, target, starts, steps, samples) and samples <= len(values):
+        # by a slow clock the last stretch may end some samples behind the file
+        first = np.minimum(np.round(starts * rate).astype(int), len(values) - samples)
+        return values[first[:, None] + np.arange(samples)]
+    places = np.arange(samples)
+    if (steps == 1.0 / target).all():
+        return _curve(values, rate, target)(starts[:, None] + steps[:, None] * places)
+    found = np.empty((len(starts), samples))
+    for stretch, (start, step) in enumerate(zip(starts, steps, strict=True)):
+        margin = math.ceil(REACH * max(1.0, rate * step))
+        first, last = max(0, math.floor(start * rate) - margin), math.ceil((start + samples * step) * rate) + margin
+        found[stretch] = _curve(values[first:last], rate, 1.0 / step)(start - first / rate + step * places)
+    return found
 
 
 def on_grid(rate: float, target: float, starts: np.ndarray, steps: np.ndarray, samples: int) -> bool:
-    """Whether the samples of all stretches are samples of the record itself; as in `resampled`."""
-    first, end = starts * rate, (starts + samples * steps) * rate
-    return rate == target and _whole(first) and _whole(end) and bool((np.round(end - first) == samples).all())
+    """Whether the samples of all stretches are samples of the record itself, as in `resampled`; the same for files
+    whose clocks alone differ."""
+    first, end = starts * target, (starts + samples * steps) * target
+    return same_rate(rate, target) and _whole(first) and _whole(end) and bool((np.round(end - first) == samples).all())
 
 
 def entire(values: np.ndarray, rate: float, target: float) -> np.ndarray:
@@ -120,4 +135,10 @@ def _curve(values: np.ndarray, rate: float, target: float) -> BSpline:
 
 
 def _whole(positions: np.ndarray) -> bool:
-    return bool((np.abs(positions - np.round(positions)) < 1e-6).all())
+    return bool((np.abs(positions - np.round(positions)) < doubt(positions)).all())
+
+
+def doubt(position: Any) -> Any:
+    """By how much a position that is the product of a time and a rate [samples] may be off: a millionth of a sample,
+    and after days of them the rounding of the product."""
+    return np.maximum(1e-6, 8.0 * np.finfo(np.float64).eps * position)

@@ -15,7 +15,7 @@ from indexer_env.checks import check_number
 from indexer_env.errors import SignalError
 from indexer_records.conditions import TurnGrid
 from indexer_records.quality import worst_quality
-from indexer_records.resample import REACH, check_ratio, on_grid, resampled
+from indexer_records.resample import REACH, check_ratio, doubt, on_grid, resampled
 from indexer_records.turns import EdgeFinder, Turn, turns_by_pulse
 
 LONGEST_PIECE = 2**16
@@ -76,8 +76,8 @@ class TurnStream:
         check_ratio(rate, grid.rate)
         self._rate, self._grid, self._pulse_range = float(rate), grid, pulse_range
         self._channels = channels
-        self._margin = math.ceil(REACH * max(1.0, rate / grid.rate))
         longest = grid.turn_duration * (1.0 + grid.pulse.tolerance)
+        self._margin = math.ceil(REACH * max(1.0, rate * longest / grid.samples))
         # A turn, the wait until its last edge is sure, which may take another, and what lies around.
         self._kept = math.ceil(2.0 * longest * rate) + 2 * self._margin + 2
         self.reset()
@@ -182,13 +182,15 @@ class TurnStream:
             done.append(self._streamed(turn, first, min(last, self._count)))
         return done
 
+    def _on_grid(self, turn: Turn) -> bool:
+        start, step = np.array([turn.start]), np.array([self._step(turn)])
+        return on_grid(self._rate, self._grid.rate, start, step, self._grid.samples)
+
     def _reach(self, turn: Turn) -> tuple[int, int]:
         """First sample that the record of a turn depends on, and the one behind the last."""
         begin, end = turn.start * self._rate, (turn.start + turn.duration) * self._rate
-        grid, samples = self._grid, self._grid.samples
-        step = np.array([self._step(turn)])
-        if on_grid(self._rate, grid.rate, np.array([turn.start]), step, samples):
-            return round(begin), round(begin) + samples
+        if self._on_grid(turn):
+            return round(begin), round(begin) + self._grid.samples
         return max(0, math.floor(begin) - self._margin), math.ceil(end) + self._margin
 
     def _step(self, turn: Turn) -> float:
@@ -198,7 +200,10 @@ class TurnStream:
     def _streamed(self, turn: Turn, first: int, last: int) -> StreamedTurn:
         if turn.problem:
             return StreamedTurn(turn.start, turn.duration, turn.problem)
-        offset = self._count - self._held
+        offset, own = self._count - self._held, self._on_grid(turn) and self._count >= self._grid.samples
+        if own:
+            # by a slow clock the last turn may end some samples behind what came
+            first = min(first, last - self._grid.samples)
         stretch = self._buffer[:, first - offset : last - offset]
         finite = np.isfinite(stretch)
         if not finite.all():
@@ -208,16 +213,24 @@ class TurnStream:
             return StreamedTurn(turn.start, turn.duration, problem)
         start = np.array([turn.start - first / self._rate])
         step, grid = np.array([self._step(turn)]), self._grid
-        channels = [resampled(row, self._rate, grid.rate, start, step, grid.samples)[0] for row in stretch]
+        channels = (
+            list(stretch)
+            if own
+            else [resampled(row, self._rate, grid.rate, start, step, grid.samples)[0] for row in stretch]
+        )
         record = channels[0] if self._channels == 1 else np.stack(channels)
         with np.errstate(over="ignore"):
             record = record.astype(np.float32)
         if not np.isfinite(record).all():
             problem = "must stay within the range of float32, got a larger number"
             return StreamedTurn(turn.start, turn.duration, problem)
-        begin, end = (math.ceil(time * self._rate - 1e-6) for time in (turn.start, turn.start + turn.duration))
-        own = self._buffer[:, begin - offset : max(begin + 1, end) - offset]
-        return StreamedTurn(turn.start, turn.duration, "", record, **worst_quality(list(own)))
+        begin, end = (self._sample_at(time) for time in (turn.start, turn.start + turn.duration))
+        mine = self._buffer[:, begin - offset : max(begin + 1, end) - offset]
+        return StreamedTurn(turn.start, turn.duration, "", record, **worst_quality(list(mine)))
+
+    def _sample_at(self, time: float) -> int:
+        """The first sample at a time [s] or after it."""
+        return math.ceil(time * self._rate - float(doubt(time * self._rate)))
 
 
 def _samples(values: np.ndarray, name: str, channels: int = 1) -> np.ndarray:

@@ -8,7 +8,7 @@ A turn is stretched by its own duration over the nominal one, at most by the tol
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,15 @@ from indexer_records.conditions import Pulse
 HYSTERESIS = 0.2
 """Share of the way from the threshold to the nearer extreme of the pulse that an edge must pass on both sides: noise on
 it is no second pulse."""
+
+_LEAST_BESIDE_A_GLITCH = 0.2
+"""Share of the range that a pulse must have whose extremes are those of a glitch: less is its baseline."""
+
+_LEAST_OVER_NOISE = 12.0
+"""Its height over the median step between samples, of which noise alone spans ten in a million samples."""
+
+_MARKS_BESIDE_A_GLITCH = 3
+"""Edges that tell against the one excursion that hides them."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +71,10 @@ def _problem(length: float, period: float, tolerance: float) -> str:
 def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse, least: int = 2) -> np.ndarray:
     """Times at which the pulse crosses its threshold [s after its first sample], between samples by a straight line.
 
+    Where none is given, it lies half-way between the extremes; on a pulse of both polarities, whose baseline lies there
+    already, half-way between its median and the extreme on the edge's side. One excursion that hides all other pulses
+    is a glitch and no extreme.
+
     Parameters
     ----------
     pulse : numpy.ndarray, shape (n,)
@@ -72,11 +85,58 @@ def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse, least: int = 2)
     SignalError
         The pulse is constant, does not reach the threshold, or has fewer than `least` edges.
     """
-    edges, _ = EdgeFinder(float(pulse.min()), float(pulse.max()), settings).feed(pulse)
+    low, high = float(pulse.min()), float(pulse.max())
+    edges, level = _edges(pulse, low, high, settings)
+    if len(edges) < 2 and settings.threshold is None:
+        among, its = _edges(pulse, *_beside_a_glitch(pulse, low, high), settings)
+        if len(among) >= _MARKS_BESIDE_A_GLITCH:
+            edges, level = among, its
     if len(edges) < least:
         wanted = f"two {settings.edge} edges" if least == 2 else f"one {settings.edge} edge"
-        raise SignalError(f"the pulse must have {wanted} at least, got {len(edges)}; record more turns.")
+        raise SignalError(
+            f"the pulse must have {wanted} at least, got {len(edges)} across {level:g}; record more turns, or give the "
+            "level of its edges (pulse.threshold=NUMBER)."
+        )
     return edges / rate
+
+
+def _edges(pulse: np.ndarray, low: float, high: float, settings: Pulse) -> tuple[np.ndarray, float]:
+    """Where the pulse crosses its threshold [samples], and that threshold."""
+    level = _level(pulse, low, high, settings)
+    return EdgeFinder(low, high, replace(settings, threshold=level)).feed(pulse)[0], level
+
+
+def _level(pulse: np.ndarray, low: float, high: float, settings: Pulse) -> float:
+    if settings.threshold is not None:
+        return float(settings.threshold)
+    middle = 0.5 * low + 0.5 * high
+    # of two middle samples the upper one: the sum of huge ones overflows
+    usual = float(np.partition(pulse, len(pulse) // 2)[len(pulse) // 2])
+    if abs(usual - middle) > HYSTERESIS * (0.5 * high - 0.5 * low):
+        return middle
+    return 0.5 * usual + 0.5 * (high if settings.edge == "rising" else low)
+
+
+def _beside_a_glitch(pulse: np.ndarray, low: float, high: float) -> tuple[float, float]:
+    """The extremes without an excursion that alone reaches where an edge would count; the same ones where what is left
+    is no pulse but noise."""
+    height = pulse / max(abs(low), abs(high))
+    bottom, top = float(height.min()), float(height.max())
+    counts = 0.5 * (1.0 + HYSTERESIS) * (top - bottom)
+    highest, lowest = _peak_beside_one(height, bottom + counts), _peak_beside_one(-height, counts - top)
+    noise = float(np.median(np.abs(np.diff(height)))) if len(height) > 1 else 0.0
+    left = height[highest] - height[lowest]
+    if left <= max(_LEAST_BESIDE_A_GLITCH * (top - bottom), _LEAST_OVER_NOISE * noise):
+        return low, high
+    return float(pulse[lowest]), float(pulse[highest])
+
+
+def _peak_beside_one(height: np.ndarray, level: float) -> int:
+    """Place of the highest sample; where one short stretch alone reaches the level, of the highest outside it."""
+    above = height >= level
+    stretches = np.count_nonzero(above[1:] & ~above[:-1]) + int(above[0])
+    lone = stretches == 1 and 2 * np.count_nonzero(above) < len(height)
+    return int(np.argmax(np.where(above, -np.inf, height) if lone else height))
 
 
 class EdgeFinder:

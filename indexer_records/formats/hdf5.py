@@ -2,6 +2,7 @@
 
 The unit is an attribute (UNIT_NAMES) of the data set. The rate is one (RATE_NAMES) of the data set or of a group above
 it, or a scalar data set of such a name; the nearest counts, and else the one rate that such scalars state anywhere.
+Packed samples are unpacked by the attributes scale_factor and add_offset (CF conventions of NetCDF, 8.1).
 Links to other files are not followed.
 """
 
@@ -14,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from indexer_env.errors import SignalError
 from indexer_records.formats.gate import damaged, library, reading
 from indexer_records.formats.kind import Format
 from indexer_records.formats.table import (
@@ -45,8 +47,8 @@ def read(path: Path) -> MeasuredTable:
             check_content(path, total)
             _check_written(path, item, h5py)
             unit = str(_attribute(item, UNIT_NAMES) or "") or None
-            stated = {"unit": unit, "rate": _rate_of(item, scalars), "group": _group(item)}
-            columns += columns_of(path, item.name.lstrip("/"), item[()], **stated)
+            stated = {"unit": unit, "rate": _rate_of(path, item, scalars), "group": _group(item)}
+            columns += columns_of(path, item.name.lstrip("/"), _unpacked(path, item), **stated)
     return MeasuredTable(path, tuple(columns))
 
 
@@ -76,6 +78,8 @@ def _is_samples(item: Any) -> bool:
 
 def _is_plain(item: Any, attribute: str, h5py: Any) -> bool:
     stored = item.attrs.get_id(attribute)
+    if stored.dtype.kind in "OSU":
+        return True  # a text, whose number is read where it counts
     return stored.dtype.kind in "iuf" and stored.get_type() == h5py.h5t.py_create(stored.dtype)
 
 
@@ -104,15 +108,15 @@ def _is_rate(item: Any) -> bool:
     return item.name.rpartition("/")[2].lower() in RATE_NAMES and item.size == 1 and item.dtype.kind in "iuf"
 
 
-def _rate_of(item: Any, scalars: list[tuple[str, float]]) -> float | None:
+def _rate_of(path: Path, item: Any, scalars: list[tuple[str, float]]) -> float | None:
     """The rate of a data set: its own, else the nearest of groups' attributes and scalars."""
-    if own := _attribute(item, RATE_NAMES):
-        return float(own)
+    if own := _number(path, item, RATE_NAMES):
+        return own
     stated, group = list(scalars), item
     while group.name != "/":
         group = group.parent
-        if rate := _attribute(group, RATE_NAMES):
-            stated.append((group.name.lstrip("/"), float(rate)))
+        if rate := _number(path, group, RATE_NAMES):
+            stated.append((group.name.lstrip("/"), rate))
     return nearest_rate(_group(item), stated, scalars)
 
 
@@ -128,6 +132,26 @@ def _attribute(item: Any, names: tuple[str, ...]) -> Any:
             value = value.reshape(-1)[0] if isinstance(value, np.ndarray) and value.size == 1 else value
             return value.decode() if isinstance(value, bytes) else value
     return None
+
+
+def _number(path: Path, item: Any, names: tuple[str, ...]) -> float | None:
+    """The number that an attribute of one of these names holds, or the text of it; None without one."""
+    value = _attribute(item, names)
+    try:
+        return None if value is None else float(value)
+    except (TypeError, ValueError):
+        name = next(name for name in item.attrs if name.lower() in names)
+        raise SignalError(
+            f"{path}: the attribute {name} of {item.name} must be one number, got {str(value)!r}; correct it or "
+            "take it out of the file."
+        ) from None
+
+
+def _unpacked(path: Path, item: Any) -> np.ndarray:
+    scale, offset = (_number(path, item, (name,)) for name in ("scale_factor", "add_offset"))
+    if scale is None and offset is None:
+        return item[()]
+    return item[()].astype(np.float64) * (1.0 if scale is None else scale) + (offset or 0.0)
 
 
 def _scalar(path: Path, item: Any, h5py: Any) -> float:

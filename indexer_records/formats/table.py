@@ -17,8 +17,8 @@ RATE_NAMES = ("fs", "sample_rate", "samplerate", "sampling_rate", "sampling_freq
 """Names, in lower case, under which files keep their sampling rate [Hz] beside the samples."""
 
 TIME_UNITS = {
-    "s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "min": 60.0, "ms": 1e-3, "msec": 1e-3,
-    "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
+    "s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "min": 60.0, "minute": 60.0, "minutes": 60.0,
+    "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9,
 }  # fmt: skip
 """Time unit as written -> seconds."""
 
@@ -61,6 +61,8 @@ class Column:
         TDMS, the structure of MAT, the data set of UFF. "" in none.
     clock : bool
         The numbers are seconds of a clock since its first value, never a record.
+    start : float
+        When the first sample was taken [s], after a moment that all columns of the file have in common.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Column:
     full_scale: bool = False
     group: str = ""
     clock: bool = False
+    start: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -115,11 +118,13 @@ def column_of(
     rate: float | None = None,
     full_scale: bool = False,
     group: str = "",
+    start: float = 0.0,
 ) -> Column:
     """A column of binary numbers; `unit` where the file states it apart from the title."""
     name, written = split_title(title)
     numbers = partial(finite, values, path, name, "sample", 0)
-    return Column(name, unit or written, len(values), numbers, rate=rate, full_scale=full_scale, group=group)
+    stated = {"rate": rate, "full_scale": full_scale, "group": group, "start": start}
+    return Column(name, unit or written, len(values), numbers, **stated)  # type: ignore[arg-type]
 
 
 def columns_of(path: Path, title: str, values: np.ndarray, **stated: object) -> list[Column]:

@@ -22,6 +22,7 @@ _TAG = b"TDSm"
 _LEAD_IN = 28
 _NOT_CLOSED = 2**64 - 1
 _BIG_ENDIAN = 1 << 6
+_START = "wf_start_time"
 
 
 def read(path: Path) -> MeasuredTable:
@@ -37,11 +38,13 @@ def read(path: Path) -> MeasuredTable:
             raise damaged(path, _NAME, "the channels of a segment do not take the bytes that it has")
         channels = [channel for group in file.groups() for channel in group.channels()]
         check_content(path, 8 * sum(len(channel) for channel in channels), columns=len(channels))
+        dated = all(isinstance(channel.properties.get(_START), np.datetime64) for channel in channels)
         for channel in channels:
             values = np.asarray(channel[:])
             if values.shape != (len(channel),):
                 raise damaged(path, _NAME, f"channel {channel.name} must have {len(channel)} samples")
             stated = {"unit": _unit(channel), "rate": _rate(channel), "group": channel.group_name}
+            stated["start"] = _start(channel, dated)
             columns += columns_of(path, f"{channel.group_name}/{channel.name}", values, **stated)
     return MeasuredTable(path, tuple(columns))
 
@@ -97,8 +100,15 @@ def _unit(channel: Any) -> str | None:
 
 
 def _rate(channel: Any) -> float | None:
+    # LabVIEW writes 1 s where nobody gave the interval.
     step = channel.properties.get("wf_increment")
-    return 1.0 / float(step) if step else None
+    return 1.0 / float(step) if step and float(step) != 1.0 else None
+
+
+def _start(channel: Any, dated: bool) -> float:
+    """When the first sample was taken [s], since 1970 where all channels have a date."""
+    date = channel.properties[_START].astype("datetime64[ns]").astype(np.int64) * 1e-9 if dated else 0.0
+    return float(date) + float(channel.properties.get("wf_start_offset") or 0.0)
 
 
 FORMAT = Format(_NAME, (".tdms",), lambda head: head.startswith(_TAG), read)

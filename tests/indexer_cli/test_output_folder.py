@@ -81,6 +81,35 @@ def test_of_two_runs_the_first_to_end_wins(tmp_path):
     assert files(tmp_path) == {"out/mark.txt": "first"}
 
 
+def test_of_two_runs_that_end_at_once_one_result_stays_whole(tmp_path, monkeypatch):
+    """The second takes the place in the moment in which the first has put the earlier result aside."""
+    out, rename = write(tmp_path / "out", "earlier"), Path.rename
+
+    def overtaken(path, target):
+        rename(path, target)
+        if Path(target).name == "old" and not (tmp_path / "out").exists():
+            write(out, "second", overwrite=True)
+
+    monkeypatch.setattr(Path, "rename", overtaken)
+    with pytest.raises(StoreError, match=r"no other run is writing to, got .*out, where another has just ended"):
+        write(out, "first", overwrite=True)
+    assert files(tmp_path) == {"out/mark.txt": "second"}
+
+
+def test_a_result_that_cannot_take_its_place_leaves_the_earlier_one(tmp_path, monkeypatch):
+    out, rename = write(tmp_path / "out", "earlier"), Path.rename
+
+    def failing(path, target):
+        if path.name == "new":
+            raise OSError(errno.EIO, "Input/output error")
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "rename", failing)
+    with pytest.raises(OSError, match="Input/output error"):
+        write(out, "first", overwrite=True)
+    assert files(tmp_path) == {"out/mark.txt": "earlier"}
+
+
 def test_a_link_stays_and_what_it_leads_to_is_replaced(tmp_path):
     write(tmp_path / "disk" / "out", "first")
     (tmp_path / "link").symlink_to(tmp_path / "disk" / "out")

@@ -2,13 +2,16 @@
 
 import csv
 import importlib
+import pickle
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from indexer_cli.sweep import TABLE, write_table
+from indexer_cli.places.local import LocalPlace
+from indexer_cli.sweep import TABLE, SweepTable, write_table
 from indexer_cli.verbs import VERBS
 
 SHORT = ("run.sample_rate=200", "run.samples=200", "run.warmup_turns=0")
@@ -75,6 +78,34 @@ def test_the_rows_of_an_earlier_sweep_are_forgotten(tmp_path, simulate):
     assert "1 job, 0 failed: sw/sweep.csv" in out
     assert [row["job"] for row in table(tmp_path / "sw" / TABLE)] == ["0"]
     assert not (tmp_path / "sw" / ".sweep").exists()
+
+
+def test_a_second_sweep_in_the_folder_of_a_running_one_is_refused(tmp_path, simulate):
+    """Each would forget the other's rows, and the table hold the jobs of neither."""
+    with LocalPlace(tmp_path / "sw").exclusive():
+        code, out, err = simulate("-m", "seed=7", "out=sw")
+    assert (code, out) == (2, "") and list((tmp_path / "sw").iterdir()) == []
+    assert err.startswith("error: out must be a folder that no other run is writing to, got sw; wait for it or choose")
+    assert simulate("-m", "seed=7", "out=sw")[0] == 0
+
+
+def test_a_sweep_holds_its_folder_while_it_runs(tmp_path):
+    hydra = SimpleNamespace(sweep=SimpleNamespace(dir=str(tmp_path / "sw")))
+    config, first, second = Config(out=str(tmp_path / "sw"), hydra=hydra), SweepTable(), SweepTable()
+    first.on_multirun_start(config)
+    with pytest.raises(SystemExit):
+        second.on_multirun_start(config)
+    assert vars(pickle.loads(pickle.dumps(first))) == {}
+    first.on_multirun_end(config)
+    second.on_multirun_start(config)
+    second.on_multirun_end(config)
+
+
+class Config(SimpleNamespace):
+    """As much of a composed configuration as a sweep asks for."""
+
+    def get(self, key: str) -> object:
+        return getattr(self, key, None)
 
 
 def test_one_run_leaves_no_table(tmp_path, simulate):

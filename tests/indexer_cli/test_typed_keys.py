@@ -168,6 +168,19 @@ RECORDS = ("measured=files", "out=x", "known.motor_speed_rpm=1500", "known.load_
 
 
 @pytest.mark.parametrize(
+    ("argument", "told"),
+    [
+        ("read.unt=g", "read.unt must be a key of read, got an unknown key; did you mean 'unit'."),
+        ("period=0,5", "period must be one value, got '0,5'; write 0.5 with a decimal point, or write it in []"),
+        ("period=a,5", "period must be one value, got 'a,5'; write it in [] for a list"),
+    ],
+)
+def test_a_slip_of_the_pen_is_told_by_the_key_that_was_typed(call, argument, told):
+    code, err = call("ingest", "measured=files", "out=x", argument)
+    assert code == 2 and err.startswith(f"error: {told}")
+
+
+@pytest.mark.parametrize(
     ("command", "arguments", "key"),
     [
         ("generate", ("out=x", "count=0"), "count"),

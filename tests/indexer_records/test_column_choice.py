@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import pyuff
 import scipy.io
+from nptdms import ChannelObject, TdmsWriter
 
 from indexer_env.errors import SignalError
 from indexer_records.measured import Reading, read_recording, read_signal
@@ -74,6 +75,21 @@ def test_rates_elsewhere_are_taken_only_where_they_agree(tmp_path, ending):
     )
 
 
+def test_a_rate_that_the_column_of_time_contradicts_is_refused_until_one_is_chosen(tmp_path):
+    path = mat(tmp_path / "a.mat", {"acc": WAVE, "t": FAST, "fs": 25.6})
+    said = refusal(path, unit="g")
+    assert "one sampling rate of 'acc', got 25.6 Hz and, by its time column 't', 25600 Hz; name that column" in said
+    assert read_signal(path, unit="g", time_column="t").sample_rate == pytest.approx(25600.0)
+    assert read_signal(path, unit="g", sample_rate=25600.0).sample_rate == pytest.approx(25600.0)
+    assert read_signal(path, unit="g", sample_rate=25.6).sample_rate == 25.6
+    assert "leave read.sample_rate out" in refusal(path, unit="g", sample_rate=1000.0)
+
+
+@pytest.mark.parametrize("time", [FAST * 1.0005, 1.0 * np.arange(COUNT), FAST[:-1]], ids=["clock", "counter", "other"])
+def test_a_rate_is_contradicted_by_no_clock_no_counter_and_no_time_of_another_channel(tmp_path, time):
+    assert rate(mat(tmp_path / "a.mat", {"acc": WAVE, "t": time, "fs": 25600.0}), "acc") == 25600.0
+
+
 # -------------------------------------------------------------------------------------------- columns of time
 
 
@@ -81,6 +97,52 @@ def test_each_group_has_its_own_time(tmp_path):
     path = hdf5(tmp_path / "a.h5", {"A/time": SLOW, "A/acc": WAVE, "B/time": FAST, "B/acc": WAVE})
     assert rate(path, "A/acc") == pytest.approx(1000.0)
     assert rate(path, "B/acc") == pytest.approx(25600.0)
+
+
+@pytest.mark.parametrize(
+    ("times", "told"),
+    [(SLOW, ""), (SLOW + 4e-4, ""), (SLOW + 0.25, "got some 0.25 s later"), (SLOW * 1.02 - 1.0, "s earlier")],
+)
+def test_a_pulse_by_another_clock_is_refused(tmp_path, times, told):
+    path = hdf5(tmp_path / "a.h5", {"A/time": SLOW, "A/acc": WAVE, "B/time": times, "B/mark": WAVE})
+    reading = Reading(signal_column="acc", unit="g")
+    if not told:
+        assert read_recording(path, reading, "mark").pulse is not None
+        return
+    with pytest.raises(SignalError, match="'B/mark' must be sampled at the same times as 'A/acc'.*" + told):
+        read_recording(path, reading, "mark")
+    with pytest.raises(SignalError, match=r"must be sampled at the same times|must have one length, rate"):
+        read_recording(path, Reading(signal_column=("acc", "mark"), unit="g"))
+
+
+@pytest.mark.parametrize("late", [0.0, 0.25])
+@pytest.mark.parametrize("dated", [0, 1, 2])
+def test_a_pulse_of_a_tdms_that_starts_at_another_time_is_refused(tmp_path, late, dated):
+    """By its offset where not all channels have a date, else by date and offset together."""
+    channels = []
+    for number, (name, after) in enumerate({"acc": 0.0, "mark": late}.items()):
+        stated = {"wf_increment": 1e-3, "unit_string": "g", "wf_start_offset": after if dated < 2 else 0.0}
+        if number < dated:
+            since = np.timedelta64(round(1e6 * after) if dated == 2 else 0, "us")
+            stated["wf_start_time"] = np.datetime64("2026-11-02T10:00:00") + since
+        channels.append(ChannelObject("run", name, WAVE, properties=stated))
+    with TdmsWriter(tmp_path / "a.tdms") as writer:
+        writer.write_segment(channels)
+    reading = Reading(signal_column="acc")
+    if late:
+        with pytest.raises(SignalError, match=r"'run/mark' must be sampled at the same times .*got some 0.25 s later"):
+            read_recording(tmp_path / "a.tdms", reading, "mark")
+    else:
+        assert read_recording(tmp_path / "a.tdms", reading, "mark").pulse is not None
+
+
+def test_a_tdms_without_an_interval_of_its_own_has_no_rate(tmp_path):
+    """LabVIEW writes wf_increment = 1 s where nobody sets it."""
+    stated = {"wf_increment": 1.0, "unit_string": "g"}
+    with TdmsWriter(tmp_path / "a.tdms") as writer:
+        writer.write_segment([ChannelObject("run", "acc", WAVE, properties=stated)])
+    assert "give the sampling rate (read.sample_rate=HZ)" in refusal(tmp_path / "a.tdms")
+    assert read_signal(tmp_path / "a.tdms", sample_rate=1000.0).sample_rate == 1000.0
 
 
 def test_each_structure_has_its_own_time(tmp_path):
@@ -194,11 +256,18 @@ def test_milliseconds_that_count_samples_still_state_the_rate(tmp_path):
 
 def test_a_time_that_is_named_stands_above_the_rate_of_the_file(tmp_path):
     path = mat(tmp_path / "a.mat", {"fs": 1000.0, "time": np.arange(COUNT) / 2000.0, "acc": WAVE})
-    assert read_signal(path, unit="g").sample_rate == 1000.0
+    assert "must state one sampling rate" in refusal(path, unit="g")
     assert read_signal(path, unit="g", time_column="time").sample_rate == pytest.approx(2000.0)
 
 
 # -------------------------------------------------------------------------------------------- the pulse
+
+
+@pytest.mark.parametrize("beside", [{}, {"mark": WAVE}])
+def test_the_only_acceleration_is_no_pulse(tmp_path, beside):
+    path = mat(tmp_path / "a.mat", {"time": SLOW, "acc": WAVE, **beside})
+    with pytest.raises(SignalError, match=r"pulse\.column must be another channel than the record, got 'acc'"):
+        read_recording(path, Reading(unit="g"), "acc")
 
 
 def test_a_pulse_named_without_its_group_is_no_record(tmp_path):

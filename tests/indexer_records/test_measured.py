@@ -60,6 +60,7 @@ def test_delimiters_and_decimal_marks(tmp_path, wave, delimiter, decimal):
         ("rad/s2", "rad/s^2", 1.0),
         ("rad/s**2", "rad/s^2", 1.0),
         ("m/s2", "m/s^2", 1.0),
+        ("m/s/s", "m/s^2", 1.0),
         ("mm/s^2", "m/s^2", 1e-3),
         ("g", "m/s^2", STANDARD_GRAVITY),
         ("deg/s^2", "rad/s^2", np.pi / 180),
@@ -298,6 +299,26 @@ def test_a_preamble_of_two_cells_is_no_line_of_titles(tmp_path, wave, preamble):
 def test_the_unit_of_time_may_stand_at_the_end_of_its_name(tmp_path, wave, name):
     path = write(tmp_path / "a.csv", wave, header=f"{name},acceleration [m/s^2]", times=np.arange(COUNT), digits=0)
     assert read_signal(path).sample_rate == RATE
+
+
+@pytest.mark.parametrize(("name", "per_second"), [("time_ns", 1e9), ("time_minutes", 1 / 60), ("t [ns]", 1e9)])
+def test_nanoseconds_and_minutes_are_units_of_time(tmp_path, wave, name, per_second):
+    times, header = np.arange(COUNT) / RATE * per_second, f"{name},acceleration [m/s^2]"
+    signal = read_signal(write(tmp_path / "a.csv", wave, header=header, times=times, digits=9))
+    assert signal.sample_rate == pytest.approx(RATE)
+
+
+@pytest.mark.parametrize("unit", ["h", "hours", "days", "d"])
+def test_a_name_that_ends_in_another_unit_of_time_is_not_taken_for_seconds(tmp_path, wave, unit):
+    times = np.arange(COUNT) / RATE
+    path = write(tmp_path / "a.csv", wave, header=f"time_{unit},acceleration [m/s^2]", times=times)
+    assert f"one of s, ms, us, ns, min, got {unit!r}" in refusal(path)
+
+
+@pytest.mark.parametrize("times", [np.arange(COUNT) / RATE / 3600, np.arange(COUNT) / 51.2e3 / 60])
+def test_hours_without_a_unit_are_not_taken_for_seconds(tmp_path, wave, times):
+    path = write(tmp_path / "a.csv", wave, header="time,acceleration [m/s^2]", times=times, digits=12)
+    assert "must lie between 1e-06 and 0.1 s" in refusal(path) and "as in 'time [ms]'" in refusal(path)
 
 
 @pytest.mark.parametrize("name", ["timestamp", "t"])

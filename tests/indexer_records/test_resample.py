@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from indexer_env.errors import SignalError
-from indexer_records.resample import ATTENUATION, MOST_UPSAMPLING, PASSBAND, STOPBAND, factors, resampled
+from indexer_records.resample import ATTENUATION, MOST_UPSAMPLING, PASSBAND, STOPBAND, factors, on_grid, resampled
 
 TARGET = 1000.0
 RATES = [1000.0, 1024.0, 2000.0, 2560.0, 4000.0, 8192.0, 25600.0, 44100.0, 51200.0, 12345.678]
@@ -49,7 +49,7 @@ def test_rational_ratios_are_exact(rate, up, down):
     assert factors(rate, TARGET) == (up, down)
 
 
-@pytest.mark.parametrize("rate", [999.7, 12345.678])
+@pytest.mark.parametrize("rate", [997.7, 12345.678])
 def test_other_ratios_do_not_drift(rate):
     """After 100 s a ratio that no small numbers express is still in phase to 1e-4 rad at 10 Hz."""
     values = tone(10.0, rate, 102.0)
@@ -78,6 +78,38 @@ def test_a_stretched_turn_keeps_its_orders():
     for duration in (0.98, 1.0, 1.013):
         found = one(tone(20.0 / duration, rate), rate, 0.7 * duration, 1000, duration / 1000)
         np.testing.assert_allclose(found, np.cos(2 * np.pi * 20.0 * (0.7 + np.arange(1000) / 1000)), atol=1e-4)
+
+
+@pytest.mark.parametrize("durations", [[1.0, 1.2], [1.2, 1.2], [1.2, 0.98, 1.0]])
+def test_nothing_folds_down_in_a_turn_that_is_stretched(durations):
+    """At a step of 1.2 ms a tone of 430 Hz lies above half the rate, and within the band of a turn of 1 ms."""
+    rate, steps = 10_000.0, np.array(durations) / 1000
+    found = resampled(tone(430.0, rate, 5.0), rate, TARGET, 0.7 + np.arange(len(steps)), steps, 1000)
+    for record, duration in zip(found, durations, strict=True):
+        largest = np.abs(record[100:900]).max()
+        assert largest < 1e-5 if 430.0 * duration > 500.0 else largest > 0.1
+
+
+def test_the_same_samples_are_given_after_weeks():
+    """The rounding of time by rate grows with both."""
+    for turn in range(2 * 10**7, 2 * 10**7 + 200):
+        assert on_grid(51200.0, 51200.0, np.array([turn * 1.1]), np.array([1 / 51200.0]), 56320)
+    assert not on_grid(1000.0, 1000.0, np.array([8.2 + 1e-8]), np.array([1e-3]), 8200)
+
+
+@pytest.mark.parametrize("rate", [999.5, 999.999, 1000.001, 1000.9])
+def test_a_clock_that_is_a_hair_off_sends_nothing_through_the_filter(rate):
+    """Beside files of the very rate, a class could else be told by its filter."""
+    values = np.random.default_rng(0).normal(size=3001)
+    starts = np.array([0.0, 1.0, 2.0])
+    found = resampled(values, rate, TARGET, starts, np.full(3, 1e-3), 1000)
+    np.testing.assert_array_equal(found, [values[:1000], *(values[at : at + 1000] for at in found_at(values, found))])
+    assert all(abs(at - start * rate) <= 1.0 for at, start in zip(found_at(values, found), starts[1:], strict=True))
+    assert not on_grid(1002.0, TARGET, starts, np.full(3, 1e-3), 1000)
+
+
+def found_at(values: np.ndarray, found: np.ndarray) -> list[int]:
+    return [int(np.flatnonzero(values == record[0])[0]) for record in found[1:]]
 
 
 def test_samples_that_a_file_does_not_have_are_not_made():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -97,6 +99,21 @@ def test_turns_and_records_are_those_of_the_ingest(with_pulse, rate, tmp_path):
         at_an_end = turn in (turns[0], turns[-1])
         close = 0.0 if (rate, with_pulse) == (SAME, False) else 1e-3 if at_an_end else 2e-5
         np.testing.assert_allclose(turn.record, record, atol=close)
+
+
+@pytest.mark.parametrize("rate", [SAME, 999.6, 1000.4])
+def test_after_weeks_and_by_any_clock_the_samples_come_through_as_they_are(rate):
+    """Turn 2 · 10^7 of a stream, as if the samples before it had come, and the first one, piece by piece."""
+    for before in (0, 2 * 10**7):
+        stream = TurnStream(rate, settings().grid)
+        stream._turns, stream._count = before, math.ceil(before * PERIOD * rate)
+        stream._held = stream._kept
+        values = measured(SAME)[0]
+        turns = [turn for piece in np.split(values, 10) for turn in stream.feed(piece)]
+        assert len(turns) == 6
+        for turn in turns:
+            begin = round(turn.start * rate) - math.ceil(before * PERIOD * rate)
+            np.testing.assert_array_equal(turn.record, values[max(0, begin) :][:500].astype(np.float32))
 
 
 def test_a_turn_is_reported_with_its_last_sample():

@@ -63,8 +63,38 @@ def test_a_threshold_of_ones_own():
 def test_a_dead_or_single_pulse_is_refused():
     with pytest.raises(SignalError, match="must change, got 2 throughout"):
         pulse_edges(np.full(100, 2.0), RATE, Pulse())
-    with pytest.raises(SignalError, match="two rising edges at least, got 1"):
+    told = r"two rising edges at least, got 1 across 2.5; record more turns, or .* \(pulse.threshold=NUMBER\)"
+    with pytest.raises(SignalError, match=told):
         pulse_edges(trapezoid([1.0]), RATE, Pulse())
+
+
+@pytest.mark.parametrize("glitch", [-6.0, 12.0])
+def test_a_glitch_hides_no_pulses(glitch):
+    """Half-way between its extremes nothing else crosses."""
+    at, rng = [0.5, 1.5, 2.5, 3.5], np.random.default_rng(2)
+    pulse = trapezoid(at) + 0.05 * rng.standard_normal(5000)
+    pulse[2000] = glitch
+    edges = pulse_edges(pulse, RATE, Pulse())
+    assert len(edges) == (5 if glitch > 0.0 else 4)
+    np.testing.assert_allclose([edge for edge in edges if abs(edge - 2.0) > 0.1], at, atol=2e-4)
+
+
+@pytest.mark.parametrize("extra", [np.zeros(5000), 2.0 * trapezoid([2.0]) / 5.0])
+def test_one_pulse_is_no_glitch_on_noise_or_on_its_bounce(extra):
+    pulse = trapezoid([1.0]) + extra + 0.2 * np.random.default_rng(2).standard_normal(5000)
+    assert pulse_edges(pulse, RATE, Pulse(), least=1) == pytest.approx([1.0], abs=1e-3)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3])
+@pytest.mark.parametrize("edge", ["rising", "falling"])
+@pytest.mark.parametrize("polarity", [-1.0, 1.0])
+def test_an_inductive_pulse_is_timed_by_itself_and_not_by_the_noise_of_its_baseline(polarity, edge, offset):
+    at = np.array([0.5, 1.5, 2.5, 3.5])
+    times = (np.arange(5000) / RATE - at[:, None]) / 0.004
+    pulse = offset + polarity * np.sum(5.0 * times * np.exp(0.5 - 0.5 * times**2), axis=0)
+    edges = pulse_edges(pulse + 0.05 * np.random.default_rng(0).standard_normal(5000), RATE, Pulse(edge=edge))
+    assert len(edges) == 4
+    np.testing.assert_allclose(np.diff(edges), 1.0, atol=3e-4)
 
 
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2, max_size=60))

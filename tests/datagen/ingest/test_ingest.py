@@ -235,6 +235,8 @@ def test_formats_without_a_unit_take_it_from_the_command(kind, tmp_path):
         ({"period": 1e-3, "sample_rate": 1000.0}, "long enough for 16 samples"),
         ({"period": 8.2, "motor_turns": 205.0}, "left out where a period is given"),
         ({"period": 8.2, "sample_rate": True}, "sample_rate must be"),
+        ({"period": 8.2, "pulse": Pulse(threshold=2.0)}, r"pulse\.threshold must be left out where no pulse\.column"),
+        ({"period": 8.2, "pulse": Pulse(edge="falling")}, r"pulse\.edge must be left out where no pulse\.column"),
         ({"period": 8.2, "sample_rate": 1000.0, "shard_items": 10**6}, "short enough"),
     ],
 )

@@ -28,7 +28,20 @@ def timed(path: Path, times: np.ndarray, digits: int) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("rate", "digits"), [(1000.0, 3), (100.0, 2), (10000.0, 4), (625.0, 3), (400.0, 3)])
+MISSED = [
+    (1000.0, 3),
+    (100.0, 2),
+    (10000.0, 4),
+    (625.0, 3),
+    (400.0, 3),
+    (700.0, 3),
+    (800.0, 3),
+    (900.0, 3),
+    (6400.0, 4),
+]
+
+
+@pytest.mark.parametrize(("rate", "digits"), MISSED)
 def test_one_missing_sample_is_found_in_times_of_few_digits(tmp_path, rate, digits):
     """Also where the last digit is a whole sampling step."""
     for missing in range(20, COUNT, COUNT // 20):
@@ -42,6 +55,16 @@ def test_one_missing_sample_is_found_in_times_of_few_digits(tmp_path, rate, digi
 def test_steps_that_rounding_makes_unequal_are_no_gaps(tmp_path, rate, digits):
     path = timed(tmp_path / "a.csv", np.arange(COUNT) / rate, digits)
     assert read_signal(path).sample_rate == pytest.approx(rate, rel=1e-3)
+
+
+@pytest.mark.parametrize(("rate", "jitter"), [(700.0, 0.1), (800.0, 0.1), (900.0, 0.04)])
+def test_clocks_that_drift_and_jitter_have_no_gaps(tmp_path, rate, jitter):
+    """By more than a sampling step over the record and a share of one from sample to sample; rounded or cut off."""
+    place = np.arange(COUNT)
+    drift = 1.5 * (2.0 * place / COUNT - 1.0) ** 2 + jitter * np.random.default_rng(0).uniform(-1.0, 1.0, COUNT)
+    times = (place + drift) / rate
+    for cut in (times, times - 0.4999e-3):
+        assert read_signal(timed(tmp_path / "a.csv", cut, 3)).sample_rate == pytest.approx(rate, rel=1e-3)
 
 
 def test_two_steps_of_which_none_is_usual_are_uneven(tmp_path):

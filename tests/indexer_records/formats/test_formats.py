@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 
+import h5py
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -70,13 +71,29 @@ def test_every_channel_can_be_chosen(kind, tmp_path, values, pulse):
     assert "numeric column 'other'" in refusal(path, signal_column="other")
 
 
+@pytest.mark.parametrize("kind", sorted(set(WRITERS) - {"csv"}))
 def test_a_file_cut_anywhere_is_refused(kind, tmp_path, values, pulse):
     path = written(kind, tmp_path, values, pulse, RATE)
     content = path.read_bytes()
     for share in (0.1, 0.49, 0.9, 0.99):
         path.write_bytes(content[: int(share * len(content))])
-        if kind != "csv":
-            refusal(path, **OPTIONS.get(kind, {}))
+        refusal(path, **OPTIONS.get(kind, {}))
+
+
+def test_a_csv_cut_within_a_row_is_refused_with_its_line(tmp_path, values, pulse):
+    """But for a cut in or behind the last number, which the text does not show; the cells before it are whole."""
+    path = written("csv", tmp_path, values, pulse, RATE)
+    content = path.read_bytes()
+    row = content.rindex(b"\n", 0, -1) + 1
+    last_cell = content.rindex(b",") + 1
+    for end in range(row, len(content) + 1):
+        path.write_bytes(content[:end])
+        if end == row:
+            np.testing.assert_array_equal(read_signal(path).values, values[:-1])
+        elif end < last_cell:
+            assert "line 501" in refusal(path), content[row:end]
+        else:
+            np.testing.assert_array_equal(read_signal(path).values, values)
 
 
 def test_tdms_of_several_segments_and_texts(tmp_path, values):
@@ -142,6 +159,28 @@ def test_an_ending_that_lies_is_refused(tmp_path, values, pulse):
     path = written("tdms", tmp_path, values, pulse, RATE)
     moved = path.rename(tmp_path / "a.wav")
     assert "damaged WAV" in refusal(moved)
+
+
+def packed(path, values, **attributes):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("acc", data=values).attrs.update({"unit": "m/s^2", "fs": 1e3, **attributes})
+    return path
+
+
+def test_packed_samples_of_an_hdf5_are_unpacked(tmp_path):
+    counts = np.arange(-50, 50, dtype="i2")
+    signal = read_signal(packed(tmp_path / "a.h5", counts, scale_factor=np.float32(0.25), add_offset=2.0))
+    np.testing.assert_array_equal(signal.values, 0.25 * counts + 2.0)
+    assert "scale_factor of /acc must be one number, got 'x'" in refusal(
+        packed(tmp_path / "a.h5", counts, scale_factor="x")
+    )
+
+
+def test_the_rate_of_an_hdf5_may_be_a_text(tmp_path):
+    assert read_signal(packed(tmp_path / "a.h5", np.arange(90.0), fs="1000.5")).sample_rate == 1000.5
+    for rate, got in (("1 kHz", "1 kHz"), ([1000.0, 2000.0], "[1000. 2000.]")):
+        said = refusal(packed(tmp_path / "a.h5", np.arange(90.0), fs=rate))
+        assert f"fs of /acc must be one number, got '{got}'; correct it" in said and "damaged" not in said
 
 
 def test_a_wav_needs_scale_and_unit(tmp_path, values, pulse):
