@@ -47,7 +47,7 @@ def test_a_table_closes_what_no_law_explains_and_is_no_law(tmp_path: Path) -> No
     assert told["what"] == "a table, not a law" and len(told["rows"]) == 9
     files = report_files(outcome)
     assert "a table, not a law" in files["report.html"] and "tabulated" not in files["machine.yaml"]
-    assert files["with_table.yaml"].startswith("# tabulated.speed is a table, not a law")
+    assert files["with_table.yaml"].startswith("# tabulated.speed is a table over the speed [m/s], not a law.")
 
     machine = yaml.safe_load(files["with_table.yaml"])
     second = subject_of(drive(tmp_path, ONE), [record(_dragging, noise=2.0)], machine)
@@ -97,7 +97,9 @@ def test_a_second_variable_is_added_where_records_held_out_ask_for_it(tmp_path: 
     files = report_files(outcome)
     page = files["report.html"]
     assert "a table, not a law" in page and "downwards the first variable" in page
-    assert files["with_table.yaml"].startswith(f"# {PAIR} is a table, not a law: it holds between ")
+    assert files["with_table.yaml"].startswith(
+        f"# {PAIR} is a table over the speed [m/s] and position [m], not a law.\n# Its places lie from "
+    )
 
     machine = yaml.safe_load(files["with_table.yaml"])
     second = subject_of(drive(tmp_path, ONE), [record(_dragging_by_place, noise=2.0)], machine)
