@@ -103,7 +103,8 @@ def run_chain(
         return otherwise
 
     begin(STAGES[0])
-    answer = explain(subject.model, subject.held_out, criteria, subject.forms(), subject.elsewhere)
+    forms = subject.forms()
+    answer = explain(subject.model, subject.held_out, criteria, forms, subject.elsewhere)
     begin(STAGES[1])
     model = subject.model
     where = attempted(STAGES[1], lambda: locate(model, answer.base.place, subject.view(model), streams[0]), None)
@@ -119,8 +120,8 @@ def run_chain(
     begin(STAGES[2])
     gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])
-    table = attempted(STAGES[3], lambda: tabulate(answer, subject.forms()), None)
-    if table is None and not answer.selection.complete and not answer.at_noise and subject.forms():
+    table = attempted(STAGES[3], lambda: tabulate(answer, forms), None)
+    if table is None and not answer.selection.complete and not answer.at_noise and forms:
         failures.append("What remains was not read off as a table: the time allowed ran out.")
     begin(STAGES[4])
     before = len(failures)

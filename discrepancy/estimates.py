@@ -20,6 +20,7 @@ from discrepancy.intervals import Told
 from discrepancy.model import Model, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
+from indexer_env.units import behind_number
 
 _WEAK = 1.0
 """Information about a direction of the known parameters, in units of what was known beforehand, below which the records
@@ -208,7 +209,7 @@ def _at_bound(parameter: Parameter, z: float) -> str:
     """A parameter that a bound holds, and the bound, the nearer one."""
     low, high = parameter.bounds
     bound = parameter.low if z - low < high - z else parameter.high
-    return f"{parameter.name} {bound:.4g}" + ("" if parameter.unit == "-" else f" {parameter.unit}")
+    return f"{parameter.name} {bound:.4g}{behind_number(parameter.unit)}"
 
 
 def _undetermined(information: np.ndarray, names: Sequence[str]) -> tuple[str, ...]:

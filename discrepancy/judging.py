@@ -24,6 +24,7 @@ from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.selection import Fitted, Selection, key_of
+from indexer_env.units import behind_number
 
 _QUARTILE = 0.25
 """Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
@@ -296,5 +297,4 @@ def excess(
 
 
 def _words(e: Estimate) -> str:
-    unit = "" if e.unit == "-" else f" {e.unit}"
-    return f"{e.name} {e.value:.3g}{unit}, {e.low:.3g} to {e.high:.3g}"
+    return f"{e.name} {e.value:.3g}{behind_number(e.unit)}, {e.low:.3g} to {e.high:.3g}"

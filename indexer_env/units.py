@@ -33,6 +33,11 @@ ENDINGS = {
 """Endings of keys in units of the shop; the field without the ending is in the SI unit."""
 
 
+def behind_number(unit: str) -> str:
+    """A unit as it stands behind a number: " N m", and "" where it is "-"."""
+    return "" if unit == "-" else f" {unit}"
+
+
 def at_cam(motor_angle: float, reduction: float) -> float:
     """An angle at the motor shaft as the cam shaft sees it [rad]; `reduction` are cam turns per motor turn."""
     return motor_angle * reduction

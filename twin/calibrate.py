@@ -19,6 +19,7 @@ from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
+from indexer_env.units import behind_number
 from twin.posterior import Uncertain, columns_of, joint_of, logs_of, rescaled, whole
 
 _CLOSES = 0.5
@@ -197,5 +198,4 @@ def _sized(finding: Finding) -> str:
 
 def _unit(finding: Finding) -> str:
     fields = {field.name: field.metadata for field in dataclasses.fields(EFFECTS[finding.effect])}
-    unit = fields[finding.size]["unit"]
-    return "" if unit == "-" else f" {unit}"
+    return behind_number(fields[finding.size]["unit"])

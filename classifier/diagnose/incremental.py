@@ -13,7 +13,7 @@ from classifier.model import Model
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
 from indexer_records.conditions import Pulse, RecordConditions, TurnGrid
-from indexer_records.measured import RATE_TOLERANCE
+from indexer_records.measured import same_rate
 from indexer_records.resample import MOST_UPSAMPLING
 from indexer_records.stream import StreamedTurn, TurnStream
 
@@ -90,7 +90,7 @@ class IncrementalDiagnoser:
     ) -> None:
         check_fits(model, source, sample_rate, quantity, unit)
         model.conditions.check(known, source)
-        if abs(sample_rate - model.sample_rate) <= RATE_TOLERANCE * model.sample_rate:
+        if same_rate(sample_rate, model.sample_rate):
             sample_rate = model.sample_rate
         grid = TurnGrid(model.sample_rate, model.samples / model.sample_rate, pulse)
         self._stream = TurnStream(sample_rate, grid, pulse_range, model.channels)

@@ -73,12 +73,17 @@ def shortly(cells: Sequence[Cell], spots: Sequence[Spot], spread: Sequence[Cell]
 
 def _ends(cell: Cell, cells: Sequence[Cell]) -> str:
     """Where a cell begins and ends; its label is where it begins, with its unit."""
-    number = cell.label.rstrip("° s")
-    begins = sorted(float(one.label.rstrip("° s")) for one in cells if one.axis == cell.axis)
-    if len(begins) < 2:
+    mine = [one for one in cells if one.axis == cell.axis]
+    if len(mine) < 2:
         return f"from {cell.label} on"
-    end = float(number) + float(np.diff(begins).min())
-    return f"of {cell.label} to {end:g}{cell.label.removeprefix(number)}"
+    begins = _begins(mine)
+    end = begins[mine.index(cell)] + float(np.diff(np.sort(begins)).min())
+    return f"of {cell.label} to {end:g}{cell.label.lstrip('-.0123456789')}"
+
+
+def _begins(cells: Sequence[Cell]) -> np.ndarray:
+    """Where cells of cam phase or time begin (n,), which their labels say [° or s]."""
+    return np.array([float(cell.label.rstrip("° s")) for cell in cells])
 
 
 def _strongest(cells: Sequence[Cell]) -> Cell:
@@ -114,7 +119,7 @@ def _phases(cells: list[Cell], excess: np.ndarray) -> str:
     held = np.cumsum(excess[order]) / excess.sum()
     count = min(int(np.searchsorted(held, _HALF)) + 1, len(order))
     chosen = np.sort(order[:count])
-    begins = np.array([float(cell.label.removesuffix("°")) for cell in cells])
+    begins = _begins(cells)
     width = float(np.diff(begins, append=360.0).min())
     runs = np.split(begins[chosen], np.flatnonzero(np.diff(begins[chosen]) > 1.5 * width) + 1)
     ranges = [f"{run[0]:.0f}° to {run[-1] + width:.0f}°" for run in runs]

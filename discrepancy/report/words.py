@@ -13,6 +13,7 @@ from discrepancy.locate.sentences import shortly
 from discrepancy.origin import Origin
 from discrepancy.subjects.base import bounded
 from indexer_cli.words import joined
+from indexer_env.units import behind_number
 
 JOINT_WORDS = {
     "input": "the drive or the input joint", "output": "the indexer, the output joint or the table", "base": "the base",
@@ -169,7 +170,7 @@ def capital(words: str) -> str:
 
 
 def _with_unit(e: Estimate) -> str:
-    return number(e.value, e) + ("" if e.unit == "-" else f" {e.unit}")
+    return number(e.value, e) + behind_number(e.unit)
 
 
 def times(level: float) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from indexer_env.errors import SignalError
 from indexer_records.conditions import Pulse, TurnGrid
-from indexer_records.measured import RATE_TOLERANCE
+from indexer_records.measured import same_rate
 from indexer_records.stream import StreamedTurn, TurnStream
 from monitor.intake.blocks import NANO, Block
 
@@ -153,7 +153,7 @@ class Cutter:
         self._places.clear()
         span = self._pulse_range if block.pulse is not None else None
         for mode in modes:
-            rate = mode.rate if abs(block.rate - mode.rate) <= RATE_TOLERANCE * mode.rate else block.rate
+            rate = mode.rate if same_rate(block.rate, mode.rate) else block.rate
             grid = TurnGrid(mode.rate, mode.duration, self._pulse)
             self._streams[mode.name] = TurnStream(rate, grid, span)
         self._kind = kind
