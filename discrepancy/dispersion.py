@@ -36,8 +36,10 @@ error of the derivatives tells as much."""
 
 
 def dispersion_of(model: Model, place: Point) -> float:
-    """φ τ: the windows' median mean square, at least 1, times the autocorrelation time of the residuals in samples."""
-    residual = Problem(model, place.hypothesis).left(place)
+    """φ τ: the windows' median mean square, at least 1, times the autocorrelation time of the residuals in samples,
+    each window with the weight that it has in the cost: one that was missed must not tell how correlated all are."""
+    problem = Problem(model, place.hypothesis).eased(place)
+    residual = problem.left(place) * problem.weights(place.squares)[:, None]
     return place.dispersion(model) * autocorrelation_time(residual, model.counts)
 
 

@@ -12,7 +12,8 @@ from discrepancy.criteria import Criteria
 from discrepancy.estimates import Calibration, FoundEffect
 from discrepancy.form import Form
 from discrepancy.grades import DISMISSED, FAMILY, GRADES, NAMED, STANDS_IN
-from discrepancy.judging import Elsewhere, Judge, Judged, closed
+from discrepancy.held_out import closed
+from discrepancy.judging import Elsewhere, Judge, Judged
 from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.search import Search, Suggest

@@ -66,7 +66,8 @@ class Fits:
         if fitted not in self._careful:
             problem = Problem(self.model, fitted.place.hypothesis, caution=CAUTION)
             place = problem.adopted(fitted.place)
-            self._careful[fitted] = fit(problem, place, steps=_SHORT).place if fitted.effects else place
+            # the model as it came was fitted so
+            self._careful[fitted] = place if fitted is self.begun else fit(problem, place, steps=_SHORT).place
         return self._careful[fitted]
 
     def own(self, place: Point) -> Point:

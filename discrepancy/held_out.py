@@ -1,4 +1,5 @@
-"""What a place fitted to some records predicts of others: its physics stays, what belongs to single records moves."""
+"""What places fitted to some records predict of others: their physics stays, what belongs to single records moves; and
+how two of them compare there."""
 
 from __future__ import annotations
 
@@ -14,6 +15,16 @@ from indexer_env.errors import refuse
 
 _STEPS, _MORE = 12, 3
 """Steps of a fit on records held out, and those after states of other places were tried."""
+
+_QUARTILE = 0.25
+"""Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
+
+_LEAST_PAIRS = 2
+"""Pairs of windows that see the same below which nothing is said of what repeats: of one alone, a missed start state
+would be all."""
+
+_LEAST_WINDOWS = 4
+"""Windows up to which none is left out."""
 
 
 def held_places(fitted: Sequence[Point], held_out: Model, found: Sequence[Point] = ()) -> list[Point]:
@@ -59,3 +70,55 @@ def held_place(place: Point, held_out: Model) -> Point:
     z = carried(place, problem)
     states = np.zeros((len(held_out.counts), held_out.local_count(place.hypothesis)))
     return fit(problem, problem.searched(problem.point(z, states)), steps=_STEPS, thorough=True).place
+
+
+def counted(place: Point, other: Point, model: Model, share: float) -> np.ndarray:
+    """Windows (w,) by which two places are compared. Of those that have start states the one that speaks most against
+    the first place's closing all but a share does not count: a start state that was missed spoils one window, and an
+    effect may act in one alone."""
+    against = (place.squares - share * other.squares) / model.counts
+    may_miss = place.states.shape[1] > 0 and len(against) > _LEAST_WINDOWS
+    return np.arange(len(against)) != int(against.argmax()) if may_miss else np.full(len(against), True)
+
+
+def steadily(place: Point, other: Point, model: Model, share: float, least: float) -> float:
+    """Share of what an effect changes that it makes better, the least over the records, given places with and without
+    it. Only windows whose mean square it changes by `least` or more count: a roller of the turret acts in one of many.
+    A record without such windows does not count."""
+    gained = (other.squares - place.squares) / model.counts
+    changed = (np.abs(gained) >= least) & counted(place, other, model, share)
+    records = (gained[changed & (model.groups == g)] for g in np.unique(model.groups[changed]))
+    return min((float(one.clip(0.0).sum() / np.abs(one).sum()) for one in records), default=0.0)
+
+
+def closed(before: float, after: float) -> float:
+    """Share that is closed of a mean square above what does not repeat; 0 where nothing is."""
+    return max(0.0, 1.0 - max(after, 0.0) / before) if before > 0.0 else 0.0
+
+
+def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
+    """Mean square of what differs between windows that see the same, in units of the noise's: half the lower quartile
+    of the differences' mean squares; 0 where there are too few such windows."""
+    found: list[float] = []
+    for model, place in places:
+        residual = Problem(model, place.hypothesis).left(place)
+        for a, b in model.repeats():
+            n = int(min(model.counts[a], model.counts[b]))
+            found.append(0.5 * float(((residual[a, :n] - residual[b, :n]) ** 2).mean()))
+    return float(np.quantile(found, _QUARTILE)) if len(found) >= _LEAST_PAIRS else 0.0
+
+
+def excess(
+    place: Point, other: Point, model: Model, floor: float, share: float, dispersion: float
+) -> tuple[float, float]:
+    """Mean squares above the floor that two places leave, of the windows `counted`, with Σ z² of what was stated of the
+    records, in units of the dispersion D: a place that has a record begin elsewhere than was measured, or run faster,
+    predicts it no better for that; nor for what it sets free in every window."""
+    kept = counted(place, other, model, share)
+
+    def left(p: Point) -> float:
+        samples = max(float(model.told(p.hypothesis, p.z)[kept].sum()), 1.0)
+        strain = float((p.pulls(model) ** 2).sum()) + kept.sum() * model.freed(p.hypothesis)
+        return max((float(p.squares[kept].sum()) + dispersion * strain) / samples - floor, 0.0)
+
+    return left(place), left(other)

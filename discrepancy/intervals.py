@@ -85,6 +85,8 @@ class Told:
         Those that move. A bound on what is known is no knowledge: the others are as uncertain as if it were not there.
     held : ndarray (g,)
         Those of them that a bound holds.
+    stuck : ndarray (g,)
+        Those of which nothing was known that a bound holds: they do not move, and their interval begins there.
     untold : ndarray (g,)
         Those of which nothing was known and the records tell nothing.
     """
@@ -102,6 +104,7 @@ class Told:
         within_bounds = problem.free(place, problem.informed(system, place.z))
         self.free = within_bounds | (problem.movable & problem.known)
         self.held = self.free & ~within_bounds
+        self.stuck = problem.movable & ~problem.known & ~within_bounds & (np.diag(system.A) > 1e-12)
         self.untold = problem.movable & ~problem.known & (np.diag(system.A) < 1e-12)
         self.information, self.pull, inverse = system.reduced()
         own = np.einsum("gwn,wn,w->wg", by_global, r, weights)
@@ -122,6 +125,8 @@ class Told:
         freedom = max(1, (self.windows or len(self.pulls)) - 1)
         low, high = (_end(shares, centre, spread, side, freedom) for side in (1.0 - _SIDE, _SIDE))
         low, high = np.where(self.untold, self.problem.low, low), np.where(self.untold, self.problem.high, high)
+        low = np.where(self.stuck, np.maximum(low, self.problem.low), low)
+        high = np.where(self.stuck, np.minimum(high, self.problem.high), high)
         return np.minimum(low, self.z), np.maximum(high, self.z)
 
     def _parts(self, found: Dispersions) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -152,8 +157,11 @@ class Told:
         """By linear theory, under D and precisions (g,): the inverse (g, g) of all that is known, 0 where nothing
         moves, and the step (g,) from the best place to where the fit ended."""
         within = np.ix_(self.free, self.free)
+        told = self.information[within] / dispersion + np.diag(precision[self.free])
+        # parameters in units of their own uncertainty: none is left out for being told little of beside others
+        unit = 1.0 / np.sqrt(np.maximum(np.diag(told), 1e-300))
         inverse = np.zeros_like(self.information)
-        inverse[within] = np.linalg.pinv(self.information[within] / dispersion + np.diag(precision[self.free]))
+        inverse[within] = np.linalg.pinv(told * unit * unit[:, None], hermitian=True) * unit * unit[:, None]
         return inverse, inverse @ (self.pull / dispersion + precision * self.z)
 
     def _under(self, dispersion: float, bent: int) -> tuple[np.ndarray, np.ndarray]:
@@ -169,6 +177,9 @@ class Told:
         # what a bound holds is known no better than before
         centre[self.held] = self.z[self.held]
         variances[self.held] = np.maximum(variances[self.held], 1.0 / precision[self.held])
+        told = self.information / dispersion
+        alone = np.diag(told) - np.einsum("kf,fg,gk->k", told, inverse, told)
+        variances[self.stuck] = 1.0 / np.maximum(alone[self.stuck], 1e-12)
         own = np.divide(1.0 - 1.0 / wider, known, out=np.zeros_like(known), where=known > 0.0)
         return centre / wider, np.sqrt(np.maximum(variances / wider**2 + own, 0.0))
 

@@ -11,31 +11,18 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from discrepancy.criteria import Criteria
 from discrepancy.dispersion import dispersion_of
 from discrepancy.estimates import Estimate, Estimates, FoundEffect, estimates_of
 from discrepancy.fits import Fits
 from discrepancy.form import Form, beside
 from discrepancy.grades import GRADES, NAMED, Evidence, graded
-from discrepancy.held_out import adapted, held_places
+from discrepancy.held_out import adapted, closed, counted, excess, held_places, steadily, unrepeated
 from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.selection import Fitted, Selection, key_of
+from discrepancy.selection import Fitted, Selection
 from indexer_env.units import behind_number
-
-_QUARTILE = 0.25
-"""Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
-
-_LEAST_PAIRS = 2
-"""Pairs of windows that see the same below which nothing is said of what repeats: of one alone, a missed start state
-would be all."""
-
-_LEAST_WINDOWS = 4
-"""Windows up to which none is left out."""
-
 
 Elsewhere = Callable[[Model, Point, Point, str], str]
 """What explains better than an effect what a place without it leaves, in words."""
@@ -86,9 +73,10 @@ class Judge:
         self._elsewhere = elsewhere
         self.base, self.best = fits.on_all(selection.base), fits.on_all(selection.best)
         self.held: dict[str, Point] = {}
+        self._costs: dict[str, float] = {}
         self._adapted: dict[str, Point] = {}
         self._tables: dict[str, Point] = {}
-        self._estimates: dict[str, Estimates] = {}
+        self._estimates: dict[Fitted, Estimates] = {}
         self._hold([self.base, self.best, *map(fits.on_all, selection.without)])
         best = self.held[self.best.name]
         # noise that was taken for more than the best set leaves is no more than that
@@ -98,10 +86,9 @@ class Judge:
 
     def estimates(self, whole: Fitted) -> Estimates:
         """Numbers of a set that was fitted to all windows."""
-        key = key_of(whole.place.hypothesis)
-        if key not in self._estimates:
-            self._estimates[key] = estimates_of(self.fits.whole, whole.place)
-        return self._estimates[key]
+        if whole not in self._estimates:
+            self._estimates[whole] = estimates_of(self.fits.whole, whole.place)
+        return self._estimates[whole]
 
     def judged(self) -> tuple[list[Judged], Fitted]:
         """All effects of the set with their grades, and the set of those that are named, fitted to all windows. One of
@@ -203,15 +190,21 @@ class Judge:
         return self._tables[name]
 
     def _hold(self, sets: Iterable[Fitted]) -> None:
-        """Physics of sets on the records held out, each trying the start states that others found there."""
-        new = {one.name: one.place for one in sets if one.name not in self.held}
+        """Physics of sets on the records held out, each trying the start states that others found there. One that was
+        fitted better since it was held is held anew."""
+        new: dict[str, Point] = {}
+        for one in sets:
+            if one.place.cost < self._costs.get(one.name, math.inf):
+                new[one.name], self._costs[one.name] = one.place, one.place.cost
         places = held_places(list(new.values()), self.held_out, list(self.held.values()))
         for name, place in self.held.items() if places else ():
             pooled = Problem(self.held_out, place.hypothesis, frozen=True).pooled(place, places)
             if pooled.cost < place.cost:
                 self.held[name] = pooled
                 self._adapted.pop(name, None)
-        self.held |= dict(zip(new, places, strict=True))
+        for name, place in zip(new, places, strict=True):
+            self.held[name] = place
+            self._adapted.pop(name, None)
 
     def _there(self, whole: Fitted) -> Point:
         """A set on the records held out: its effects as they are, the machine's own parameters fitted. What the records
@@ -242,58 +235,6 @@ class Judge:
             largest=largest,
             eases=eases,
         )  # fmt: skip
-
-
-def counted(place: Point, other: Point, model: Model, share: float) -> np.ndarray:
-    """Windows (w,) by which two places are compared. Of those that have start states the one that speaks most against
-    the first place's closing all but a share does not count: a start state that was missed spoils one window, and an
-    effect may act in one alone."""
-    against = (place.squares - share * other.squares) / model.counts
-    may_miss = place.states.shape[1] > 0 and len(against) > _LEAST_WINDOWS
-    return np.arange(len(against)) != int(against.argmax()) if may_miss else np.full(len(against), True)
-
-
-def steadily(place: Point, other: Point, model: Model, share: float, least: float) -> float:
-    """Share of what an effect changes that it makes better, the least over the records, given places with and without
-    it. Only windows whose mean square it changes by `least` or more count: a roller of the turret acts in one of many.
-    A record without such windows does not count."""
-    gained = (other.squares - place.squares) / model.counts
-    changed = (np.abs(gained) >= least) & counted(place, other, model, share)
-    records = (gained[changed & (model.groups == g)] for g in np.unique(model.groups[changed]))
-    return min((float(one.clip(0.0).sum() / np.abs(one).sum()) for one in records), default=0.0)
-
-
-def closed(before: float, after: float) -> float:
-    """Share that is closed of a mean square above what does not repeat; 0 where nothing is."""
-    return max(0.0, 1.0 - max(after, 0.0) / before) if before > 0.0 else 0.0
-
-
-def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
-    """Mean square of what differs between windows that see the same, in units of the noise's: half the lower quartile
-    of the differences' mean squares; 0 where there are too few such windows."""
-    found: list[float] = []
-    for model, place in places:
-        residual = Problem(model, place.hypothesis).left(place)
-        for a, b in model.repeats():
-            n = int(min(model.counts[a], model.counts[b]))
-            found.append(0.5 * float(((residual[a, :n] - residual[b, :n]) ** 2).mean()))
-    return float(np.quantile(found, _QUARTILE)) if len(found) >= _LEAST_PAIRS else 0.0
-
-
-def excess(
-    place: Point, other: Point, model: Model, floor: float, share: float, dispersion: float
-) -> tuple[float, float]:
-    """Mean squares above the floor that two places leave, of the windows `counted`, with Σ z² of what was stated of the
-    records, in units of the dispersion D: a place that has a record begin elsewhere than was measured, or run faster,
-    predicts it no better for that; nor for what it sets free in every window."""
-    kept = counted(place, other, model, share)
-
-    def left(p: Point) -> float:
-        samples = max(float(model.told(p.hypothesis, p.z)[kept].sum()), 1.0)
-        strain = float((p.pulls(model) ** 2).sum()) + kept.sum() * model.freed(p.hypothesis)
-        return max((float(p.squares[kept].sum()) + dispersion * strain) / samples - floor, 0.0)
-
-    return left(place), left(other)
 
 
 def _words(e: Estimate) -> str:

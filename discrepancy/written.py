@@ -10,9 +10,8 @@ import numpy as np
 from discrepancy.criteria import Criteria
 from discrepancy.estimates import Estimates, FoundEffect
 from discrepancy.fit import fit
-from discrepancy.held_out import held_places
-from discrepancy.judging import counted
-from discrepancy.model import NONE, Model, Parameter
+from discrepancy.held_out import counted, held_places
+from discrepancy.model import NONE, Hypothesis, Model, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 
@@ -43,35 +42,59 @@ def written(
     model: Model, told: Estimates, held_out: Model, held: Point, floor: float, criteria: Criteria,
     named: Sequence[FoundEffect] = (),
 ) -> Written:  # fmt: skip
-    """The machine as it is told, with parameters at a bound at nominal and the others fitted again; the nominal machine
-    where that one predicts a record held out better, or where no effect is named and much of what it leaves remains.
-    Start states on the records held out begin at the place `held`; `floor` is the mean square there that does not
-    repeat. The effects `named` may have been judged beside others, with other sizes."""
-    place, at_nominal = _within_bounds(model, told)
-    remarks = tuple(
-        f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
-        for name in at_nominal
-    )
+    """The machine as it is told, with parameters at a bound at nominal and the others fitted again. What is missing has
+    bent the parameters towards it where much remains of a record held out: then the nominal machine with the named
+    effects as they were found, or without them where that one predicts better. Start states on the records held out
+    begin at the place `held`; `floor` is the mean square there that does not repeat. The effects `named` may have been
+    judged beside others, with other sizes."""
+    calibrated, at_nominal = _within_bounds(model, told)
     problem = Problem(model, NONE)
-    nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, place.states))
-    (held,) = held_places([place], held_out, [held])
+    nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, calibrated.states))
+    (held,) = held_places([calibrated], held_out, [held])
     (without,) = held_places([nominal], held_out, [held])
-    with_it = Problem(held_out, place.hypothesis, frozen=True).pooled(held, [without])
-    kept = counted(with_it, without, held_out, 1.0 - criteria.closes)
-    places = with_it, without
+    why = _against(_left(held, without, held_out, floor, criteria), calibrated.hypothesis.effects, criteria)
+    if not why:
+        remarks = tuple(
+            f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
+            for name in at_nominal
+        )
+        return Written(calibrated, "", (*remarks, *_told_otherwise(named, told)))
+    if calibrated.hypothesis.effects:
+        bare = _at_nominal(model, told.believed)
+        (there,) = held_places([bare], held_out, [held, without])
+        if not any(left > open_ for _, left, open_ in _left(there, without, held_out, floor, criteria)):
+            which = "This is the nominal machine with what is named"
+            remarks = (f"{which}. The calibrated one is held back: {why}.", *_told_otherwise(named, told))
+            return Written(bare, why, remarks)
+    return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
+
+
+def _at_nominal(model: Model, place: Point) -> Point:
+    """A place's effects as they are, on the nominal machine."""
+    problem, z = Problem(model, place.hypothesis), place.z.copy()
+    z[: len(model.parameters)] = 0.0
+    return problem.searched(problem.point(z, place.states))
+
+
+_Left = list[tuple[int, float, float]]
+"""Record, and mean squares above what does not repeat, over it, that a machine and the nominal one leave of it."""
+
+
+def _left(place: Point, nominal: Point, held_out: Model, floor: float, criteria: Criteria) -> _Left:
+    """What a machine and the nominal one leave of each record held out."""
+    place = Problem(held_out, place.hypothesis, frozen=True).pooled(place, [nominal])
+    kept = counted(place, nominal, held_out, 1.0 - criteria.closes)
+    places = place, nominal
     samples = [held_out.told(one.hypothesis, one.z) for one in places]
-    for g in np.unique(held_out.groups):
+    found = []
+    for g in np.unique(held_out.groups[kept]).tolist():
         mine = kept & (held_out.groups == g)
-        if not mine.any():
-            continue
         left, open_ = (
             float(one.squares[mine].sum()) / max(float(told_by[mine].sum()), 1.0) / floor - 1.0
             for one, told_by in zip(places, samples, strict=True)
         )
-        why = _against(left, open_, bool(place.hypothesis.effects), f"record {int(g) + 1} of those held out", criteria)
-        if why:
-            return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
-    return Written(place, "", (*remarks, *_told_otherwise(named, told)))
+        found.append((g, left, open_))
+    return found
 
 
 def _told_otherwise(named: Sequence[FoundEffect], told: Estimates) -> list[str]:
@@ -102,17 +125,17 @@ def _held(parameter: Parameter, z: float) -> bool:
     return not parameter.of_record and parameter.held(z)
 
 
-def _against(left: float, open_: float, named: bool, record: str, criteria: Criteria) -> str:
-    """What speaks against a calibrated machine, given the mean squares that it and the nominal machine leave of a
-    record, above what does not repeat and over it; "" where nothing does. Where no effect is named, what is missing has
-    bent the parameters towards it, and at another speed or load they may predict worse than the nominal ones. Where one
-    is, a record that is left at the noise does not show it, and says nothing of which is better."""
-    shows = left >= criteria.at_noise or not named
-    if left > open_ and shows:
-        return f"it predicts {record} worse than the nominal machine does"
-    if named or left <= max(criteria.at_noise, (1.0 - criteria.closes) * open_):
-        return ""
-    return (
-        f"it closes {100.0 * (1.0 - left / open_):.0f} % of the gap that the nominal machine leaves of {record}, where "
-        f"one in which no effect is named needs {100.0 * criteria.closes:.0f} %"
-    )
+def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria) -> str:
+    """What speaks against a calibrated machine; "" where nothing does. What is missing has bent the parameters towards
+    it, and at another speed or load they may predict worse than the nominal ones. Where an effect is named, a record
+    that is left at the noise does not show it, and says nothing of which is better."""
+    for g, left, open_ in rows:
+        record = f"record {g + 1} of those held out"
+        if left > open_ and (left >= criteria.at_noise or not effects):
+            return f"it predicts {record} worse than the nominal machine does"
+        if left > max(criteria.at_noise, (1.0 - criteria.closes) * open_):
+            return (
+                f"it closes {100.0 * (1.0 - left / open_):.0f} % of the gap that the nominal machine leaves of "
+                f"{record}, where {100.0 * criteria.closes:.0f} % are needed"
+            )
+    return ""

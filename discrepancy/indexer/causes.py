@@ -25,6 +25,11 @@ _MARKS = 72
 """The same of an error of the cam's profile, which acts by its slope and curvature: 5°, as chatter marks of 18 waves a
 turn need. Of marks of 15 waves 48 places show 84 % of the ln E that 72 do."""
 
+_ANGLES = 36
+"""Places of a torque over the table's turn, 10° apart, or two for each station if that is more: what lies beside the
+table does not know how many stations it has. With two a station a dry patch of a fifth of the turn, on a machine of
+four, is better told by a friction that is free in every turn of the cam."""
+
 _PLACES = 9
 """Places of a torque over a speed, as many as a table has."""
 
@@ -34,8 +39,10 @@ _SLOW = 4
 _FREE = 0.1
 """s between the places of a torque that is free over time."""
 
-_STILL = 0.03
-"""Of the table's largest speed: below it friction is undecided."""
+_STILL = 0.03, 0.003
+"""Of the table's largest speed: below it friction is undecided, as the library's own is below 0.002. A table that rings
+in its dwell is told by the first one, a table that sticks there by the second: where a dry patch lets it do one or the
+other, the first alone sees a friction that differs from turn to turn."""
 
 _NEAR = 1e-4
 """Turns; step of the differences that give e' and e''."""
@@ -50,21 +57,20 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
     carried_2, carried_1 = (motion[name] / setting.rms(motion[name]) for name in ("torque_2", "torque_1"))
     rate = setting.rate
     speed = motion["table_rate"] / np.abs(motion["table_rate"]).max()
-    friction = speed / np.sqrt(speed**2 + _STILL**2)
+    frictions = [(speed / np.sqrt(speed**2 + still**2))[..., None] for still in _STILL]
     twisting = motion["rate_2"] / max(float(np.quantile(np.abs(motion["rate_2"][laid.inside]), 0.99)), 1e-300)
     force = setting.table[:, None] * motion["table_acc"] / setting.rms(motion["torque_2"])
     phase = _spline(motion["cam"] / _TURN, _PHASES)
-    angle = _spline(motion["table"] / _TURN, 2 * machine.stations)
+    angle = _spline(motion["table"] / _TURN, max(_ANGLES, 2 * machine.stations))
     station = _stations(motion["cam"], laid.inside, machine.stations)
     slow = _over(_share(laid), _SLOW)
     moments = np.arange(n)[None, :] * laid.step[:, None] / _FREE
     free = _places(moments[..., None] - np.arange(-1, math.ceil(float(moments.max())) + 2))
     one = np.ones((w, n))[..., None]
 
-    by_phase, by_phase_2, inertia, by_angle, dry, by_speed, rubbing, free_table = _read(
+    by_phase, by_phase_2, inertia, by_angle, by_speed, free_table, *by_friction = _read(
         setting, "table", phase, phase * rate[..., None] ** 2, station * force[..., None], angle,
-        angle * friction[..., None], _over(0.1 + 0.9 * np.clip(speed, -0.1, 1.0), _PLACES), one * friction[..., None],
-        free,
+        _over(0.1 + 0.9 * np.clip(speed, -0.1, 1.0), _PLACES), free, *(angle * one for one in frictions), *frictions,
     )  # fmt: skip
     track, softer, uneven, slowly, damping, turning = _read(
         setting, "joint 2", phase, phase * carried_2[..., None], station * carried_2[..., None],
@@ -88,12 +94,10 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         ("output", "station", "a table inertia that differs between stations", inertia),
         ("output", "station", "a stiffness of the output joint that differs between stations", uneven),
         ("output", "station", "a torque on the table that follows its angle", by_angle),
-        ("output", "station", "a friction of the table that follows its angle", dry),
         ("output", "speed", "a torque on the table that follows its speed", by_speed),
         ("output", "speed", "a torque in the output joint that follows the rate of its deflection", damping),
         ("output", "time", "a stiffness of the output joint that changes slowly", spread(slowly, records)),
         ("output", "time", "a stiffness of the output joint that differs from turn to turn", spread(turning, own)),
-        ("output", "time", "a friction of the table that differs from turn to turn", spread(rubbing, own)),
         ("input", "phase", "a torque on the cam shaft that follows the cam's phase", at_cam),
         ("input", "phase", "a torque on the cam shaft that follows the cam's phase and grows with speed", at_cam_2),
         ("input", "phase", "a stiffness of the input joint that follows the cam's phase", softer_1),
@@ -101,6 +105,11 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         ("sensor", "time", "a gain of the sensor that changes slowly", spread(read * slow, records)),
         ("sensor", "time", "a gain of the sensor that differs from turn to turn", spread(read, own)),
         ("sensor", "time", "an offset of the sensor that changes slowly", spread(slow, records)),
+        *(("output", "station", "a friction of the table that follows its angle", dry) for dry in by_friction[:2]),
+        *(
+            ("output", "time", "a friction of the table that differs from turn to turn", spread(rubbing, own))
+            for rubbing in by_friction[2:]
+        ),
     ]  # fmt: skip
     forms = [Form(joint, kind, name, residue.clean(x)) for joint, kind, name, x in rows]
     nothing = np.zeros((0, 0))

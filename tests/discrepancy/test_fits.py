@@ -143,7 +143,7 @@ def test_sets_held_before_learn_start_states_of_later_ones(monkeypatch) -> None:
     search = Search(model, Criteria())
     one, other = search.fits.fit(at(model, "tone", 10.0, 0.0, _WELL)), search.fits.fit(two(model, _WELL))
     judge = object.__new__(Judge)
-    judge.held_out, judge.held, judge._adapted = held_out, {}, {}
+    judge.held_out, judge.held, judge._adapted, judge._costs = held_out, {}, {}, {}
     for fitted, state in ((one, 0.0), (other, _WELL)):
         began = np.full((WINDOWS, 1), state)
         place = dataclasses.replace(fitted.place, states=began)

@@ -12,8 +12,8 @@ from discrepancy.explain import _verdict, explain
 from discrepancy.fit import fit
 from discrepancy.fits import Fits
 from discrepancy.form import Form
-from discrepancy.held_out import adapted, held_places
-from discrepancy.judging import Judge, closed, excess, steadily, unrepeated
+from discrepancy.held_out import adapted, closed, excess, held_places, steadily, unrepeated
+from discrepancy.judging import Judge
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -71,22 +71,34 @@ def test_a_machine_without_a_name_is_written_where_it_closes_most_of_the_gap(
     assert kept or "of the gap that the nominal machine leaves of record 1" in made.remarks[0]
     # what does not repeat is no gap
     assert written_of(model, place, held_out, floor=1.8).held_back == ""
-    named = Problem(model, effect("level")).point(np.array([0.0, 0.6]), np.zeros((WINDOWS, 0)))
-    assert written_of(model, named, held_out).held_back == ""
 
 
+@pytest.mark.parametrize(("size", "at", "kept"), [(0.6, 0.29, ("level",)), (-0.6, 0.29, ())])
+def test_what_is_named_stands_on_the_nominal_machine_where_the_calibrated_one_is_held_back(
+    size: float, at: float, kept: tuple[str, ...]
+) -> None:
+    """A level of 0.6 and a ripple: beside an offset of 0.29, which the ripple is taken to have bent, the level leaves
+    more than a quarter of the gap, on the nominal machine the ripple alone. A level of the wrong sign is not kept."""
+    model, held_out = bent(0.6, 0.8, 5), bent(0.6, 0.8, 6)
+    place = Problem(model, effect("level")).point(np.array([at / 0.1, size]), np.zeros((WINDOWS, 0)))
+    made = written_of(model, place, held_out)
+    assert made.held_back and made.place.hypothesis.names == kept
+    assert made.place.z.tolist() == [0.0, *(size for _ in kept)]
+    assert ("with what is named" in made.remarks[0]) == bool(kept) and made.held_back in made.remarks[0]
+
+
+@pytest.mark.parametrize("effects", [(), (effect("level"),)])
 @pytest.mark.parametrize(("left", "against"), [(0.19, False), (0.5, False), (0.52, True)])
-def test_three_quarters_are_enough_where_something_remains(left: float, against: bool) -> None:
-    """Of a gap of 2."""
-    assert bool(_against(left, 2.0, False, "record 1", Criteria())) == against
-    assert _against(left, 2.0, True, "record 1", Criteria()) == ""
+def test_three_quarters_are_enough_where_something_remains(left: float, effects: tuple, against: bool) -> None:
+    """Of a gap of 2, and with a name as without."""
+    assert bool(_against([(0, left, 2.0)], effects, Criteria())) == against
 
 
 @pytest.mark.parametrize(("left", "against"), [(0.19, False), (0.21, True)])
 def test_a_record_that_shows_next_to_nothing_holds_no_machine_back(left: float, against: bool) -> None:
     """The nominal machine leaves 0.1 of it above the noise, at the noise, too. One without a name is not spared."""
-    assert bool(_against(left, 0.1, True, "record 1", Criteria())) == against
-    assert _against(left, 0.1, False, "record 1", Criteria())
+    assert bool(_against([(0, left, 0.1)], (effect("level"),), Criteria())) == against
+    assert _against([(0, left, 0.1)], (), Criteria())
 
 
 def pair(model: Chord, beside: list[float], without: list[float], states: int = 0) -> tuple[Point, Point]:

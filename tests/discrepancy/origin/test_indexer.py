@@ -338,6 +338,36 @@ def test_what_two_joints_explain_alike_is_said_of_both(
     assert {(place.joint, place.kind) for place in (found.first, *found.alike)} == {(joint, kind), ("output", kind)}
 
 
+@pytest.fixture(scope="module")
+def four_stations(one_record) -> Scene:
+    """Seed 9: 2.5 turns each at 1500 and 1200 rpm of a table of four stations."""
+    machine, rng = dataclasses.replace(tight(), stations=4), np.random.default_rng(9)
+    records = [one_record(machine, Sensor(), rng, rpm, 2.0, 2.5) for rpm in (1500.0, 1200.0)]
+    return scene_of(machine, records, rng)
+
+
+def dry_patch(scene: Scene) -> np.ndarray:
+    """A fifth of the table's turn, within an index and a half of four, where it rubs and sticks."""
+    y = ((scene.row("table") / (2.0 * math.pi) - 0.55) % 1.0 - 0.5) / 0.1
+    s = scene.row("table_rate") / 0.005
+    return scene.at(np.clip(1.0 - y**2, 0.0, None) ** 4 * s / np.sqrt(1.0 + s**2), "table")
+
+
+def sticking_turns(scene: Scene) -> np.ndarray:
+    """The same friction in three turns of the cam, wherever the table is."""
+    s = scene.row("table_rate") / 0.005
+    sticks = np.isin(np.arange(len(s)), (2, 7, 12))[:, None]
+    return scene.at(sticks * s / np.sqrt(1.0 + s**2), "table")
+
+
+@pytest.mark.parametrize(("made", "kind"), [(dry_patch, "station"), (sticking_turns, "time")])
+def test_what_lies_beside_the_table_is_told_from_what_comes_and_goes_on_few_stations_too(
+    four_stations: Scene, made: Callable[[Scene], np.ndarray], kind: str
+) -> None:
+    found = traced(four_stations, made)
+    assert found is not None and (found.first.joint, found.first.kind) == ("output", kind), found
+
+
 def test_noise_is_traced_to_nothing(scene: Scene) -> None:
     windows = np.arange(len(scene.inside))
     jobs = Jobs(scene.place.z[None], np.zeros(len(windows), dtype=int), windows, scene.place.states)
