@@ -21,7 +21,7 @@ class Criteria:
         Least share of the gap on records held out, mean square above what does not repeat, that an established effect
         closes beside the others of its set, its size as it is and the machine's own parameters fitted there. What a
         library lacks is imitated by one of its effects to about a half. Also the share of the nominal machine's gap
-        that a calibrated one without a named effect must close to be written.
+        that a calibrated one must close to be written.
     slight : float
         Mean square that an effect closes over what the one closes that closes most, below which it gets no name: a law
         of that one that is right to a seventh leaves as much. Two effects that are known to look alike are told apart

@@ -28,7 +28,8 @@ class Written:
     place : Point
         On the records fitted.
     held_back : str
-        Why it is the nominal machine and not the calibrated one; "" where it is not.
+        Why it is the nominal machine, with the effects that are named or without, and not the calibrated one; "" where
+        it is not.
     remarks : tuple of str
         What must be said of it.
     """

@@ -193,7 +193,10 @@ def to_do(outcome: Outcome) -> str:
     """What to do next, in a sentence or two."""
     question = outcome.question
     if question is None:
-        which = "nominal machine" if outcome.answer.written.held_back else "machine as the records show it"
+        written = outcome.answer.written
+        which = "nominal machine" if written.held_back else "machine as the records show it"
+        if written.held_back and written.place.hypothesis.effects:
+            which = f"{which} with what is named"
         return f"{_closed_question(outcome)}. machine.yaml is the {which}."
     grows = "Record at another speed and under another load, and see with which of them the remainder grows"
     if len(question.rivals) < 2:

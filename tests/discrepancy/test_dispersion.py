@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from discrepancy.dispersion import Dispersions, dispersions
+from discrepancy.dispersion import Dispersions, dispersion_of, dispersions
+from discrepancy.model import NONE, Hypothesis
+from discrepancy.problem import Problem
+from tests.discrepancy.toy import SAMPLES, WINDOWS, Chord
 
 MANY = 300
 
@@ -54,3 +57,20 @@ def test_a_direction_that_the_records_do_not_tell_is_no_evidence() -> None:
     """Its slope is what the derivatives are off by; over so little information it would be a huge distance."""
     told, slope, z = np.diag([100.0, 1e-5]), np.array([0.0, 100.0]), np.array([0.5, 0.0])
     assert dispersions(told, slope, np.ones(2), z, 1.0, 1e5).typical < 3.0
+
+
+class Starting(Chord):
+    """A chord whose windows might have begun elsewhere."""
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        return 1
+
+
+@pytest.mark.parametrize("made", [Starting, Chord])
+def test_one_window_in_which_something_knocks_says_little_of_how_what_is_left_is_correlated(made: type[Chord]) -> None:
+    """Seed 5: white noise in all windows but one, where a slow wave is ten times the noise. Windows without start
+    states of their own have plain squares, and each its whole say."""
+    model = made({}, 5)
+    model.y[3] += 10.0 * np.sin(np.linspace(0.0, 12.0, SAMPLES))
+    place = Problem(model, NONE).point(np.zeros(1), np.zeros((WINDOWS, model.local_count(NONE))))
+    assert (dispersion_of(model, place) < 2.0) == (made is Starting)

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import t
 
+from discrepancy.dispersion import dispersion_of
 from discrepancy.estimates import Estimate, Estimates, FoundEffect, estimates_of
 from discrepancy.fit import Fit, fit
 from discrepancy.intervals import Told
@@ -97,6 +98,17 @@ def test_windows_that_pull_apart_tell_less_than_their_curvature_says() -> None:
     told = Told(problem, problem.point(np.zeros(1), np.zeros((4, 0))))
     _, spread = told._under(1.0, 0)
     assert spread[0] == pytest.approx(np.sqrt(20.0 * 25.0**2 * 4.0 / 3.0) / 100.0, rel=1e-3)
+
+
+def test_what_a_bound_holds_and_nothing_was_known_of_is_as_uncertain_as_the_records_leave_it() -> None:
+    """Each of four windows would have it at -12, below its bound at -9: φ is 9 and what is left is the same in all 25
+    samples, so that the records tell 100/(9 τ)."""
+    model = Apart((-12.0, -12.0, -12.0, -12.0))
+    (estimate,) = fitted(model).estimates
+    tau = dispersion_of(model, Problem(model, NONE).point(np.array([-9.0]), np.zeros((4, 0)))) / 9.0
+    half = t.ppf(0.975, 3) * np.sqrt(9.0 * tau / 100.0)
+    assert (estimate.value, estimate.low) == (-9.0, -9.0)
+    assert estimate.high - estimate.low > 0.9 * half
 
 
 class Apart(Stateless):

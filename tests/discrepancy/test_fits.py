@@ -132,6 +132,32 @@ def test_a_smaller_set_that_was_fitted_better_since_is_the_one_that_counts() -> 
     assert better is not poor and fits.without(both, 1) is better
 
 
+def test_a_set_that_was_fitted_better_since_is_held_anew(monkeypatch) -> None:
+    monkeypatch.setattr("discrepancy.judging.held_places", lambda places, held_out, known: list(places))
+    model = Pitted({"tone": 10.0}, 5, ("tone", "beat"))
+    fits = Search(model, Criteria()).fits
+    best = fits.fit(at(model, "tone", 10.0, 0.0, _WELL))
+    poor, worse = (dataclasses.replace(best.place, cost=best.place.cost + more) for more in (5.0, 9.0))
+    judge = object.__new__(Judge)
+    judge.held_out, judge.held, judge._adapted, judge._costs = model, {}, {}, {}
+    for place, kept in ((poor, poor), (worse, poor), (best.place, best.place)):
+        judge._adapted[best.name] = best.place
+        judge._hold([dataclasses.replace(best, place=place)])
+        assert judge.held[best.name] is kept
+        assert (best.name in judge._adapted) == (place is worse), "what was adapted from another place is so anew"
+
+
+def test_a_race_begins_where_the_machine_bears_its_extra_weight_also_without_effects() -> None:
+    """The offset takes up what it can of a level that is missing; a race may not begin so far from what was known."""
+    model = Pitted({}, 5, ("tone", "beat"))
+    model.y = model.y + 0.2
+    fits = Search(model, Criteria()).fits
+    bare = fits.fit(fits.begun.place)
+    assert fits.careful(fits.begun) is not fits.careful(bare)
+    assert abs(fits.careful(bare).z[0]) < 0.5 * abs(bare.place.z[0])
+    assert fits.careful(bare).cost < 1.001 * fits.careful(fits.begun).cost
+
+
 def test_sets_held_before_learn_start_states_of_later_ones(monkeypatch) -> None:
     """The tone is held from the wrong well, a set with another effect beside it from the right one."""
 

@@ -377,6 +377,18 @@ def test_the_page_tells_which_numbers_the_machine_holds(made: Made, held_back: s
     assert f"These are the most believable values. machine.yaml holds {said}" in page
 
 
+@pytest.mark.parametrize(
+    ("held_back", "with_names"), [("", True), ("it predicts worse", True), ("it predicts worse", False)]
+)
+def test_what_to_do_says_which_machine_is_written(made: Made, held_back: str, with_names: bool) -> None:
+    outcome = made("found")
+    place = outcome.answer.written.place if with_names else outcome.answer.base.place
+    answer = dataclasses.replace(outcome.answer, written=Written(place, held_back, ()))
+    said = to_do(dataclasses.replace(outcome, answer=answer, question=None))
+    which = "machine as the records show it" if not held_back else "nominal machine"
+    assert said.endswith(f"machine.yaml is the {which}{' with what is named' if held_back and with_names else ''}.")
+
+
 def test_numbers_have_no_more_digits_than_their_interval_bears() -> None:
     assert ranged(Estimate("k", "N m/rad", 8113.27, 7914.2, 8316.1, 8000.0, 0.1)) == "8110 N m/rad, 7910 to 8320"
     assert ranged(Estimate("c", "N s/m", 198.27, 172.0, 226.4, 0.0, None)) == "200 N s/m, 170 to 230"
