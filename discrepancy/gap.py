@@ -12,6 +12,7 @@ Student's law of w - 1 degrees of freedom over the normal law's, and by √(w/(w
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,23 +65,27 @@ def gap_of(before: Point, after: Point, model: Model, view: View, floor: float, 
     noise = view.noise[view.groups]
     energy = np.where(view.inside, view.measured**2, 0.0).sum(axis=1)
     excess_before, excess_after = before.squares - floor * told_before, after.squares - floor * told_after
-    sums = np.stack([told_before, excess_before, excess_after, told_after * noise**2, before.squares * noise**2,
-                     after.squares * noise**2, energy])  # fmt: skip
+    sums = {
+        "samples": told_before, "open": excess_before, "left": excess_after, "record": energy,
+        "noise": told_after * noise**2, "before": before.squares * noise**2, "after": after.squares * noise**2,
+    }  # fmt: skip
     w = len(energy)
-    drawn = np.array([sums[:, rng.integers(0, w, w)].sum(axis=1) for _ in range(_DRAWS)]).T
-    whole = sums.sum(axis=1)
+    picked = np.array([rng.integers(0, w, w) for _ in range(_DRAWS)])
+    drawn = {name: row[picked].sum(axis=1) for name, row in sums.items()}
+    whole = {name: row.sum() for name, row in sums.items()}
     noise_floor, old, new = (
-        _share(np.sqrt(whole[k] / whole[6]), np.sqrt(drawn[k] / drawn[6]), w) for k in (3, 4, 5)
-    )  # fmt: skip
-    if whole[1] <= _NO_GAP * floor * whole[0]:
+        _share(np.sqrt(whole[name] / whole["record"]), np.sqrt(drawn[name] / drawn["record"]), w)
+        for name in ("noise", "before", "after")
+    )
+    if whole["open"] <= _NO_GAP * floor * whole["samples"]:
         return Gap(noise_floor, old, new, None)
     closed = _share(_closed(whole), _closed(drawn), w, low=-math.inf, high=1.0)
     return Gap(noise_floor, old, new, closed)
 
 
-def _closed(sums: np.ndarray) -> np.ndarray:
-    gap = sums[1]
-    closed = (gap - sums[2]) / np.where(gap > 0.0, gap, math.nan)
+def _closed(sums: Mapping[str, np.ndarray]) -> np.ndarray:
+    gap = sums["open"]
+    closed = (gap - sums["left"]) / np.where(gap > 0.0, gap, math.nan)
     # Chance may bring the residual below the noise floor; no more than the gap can be closed.
     return np.minimum(closed, 1.0)
 

@@ -100,6 +100,16 @@ def test_windows_that_pull_apart_tell_less_than_their_curvature_says() -> None:
     assert spread[0] == pytest.approx(np.sqrt(20.0 * 25.0**2 * 4.0 / 3.0) / 100.0, rel=1e-3)
 
 
+@pytest.mark.parametrize(("missed", "windows"), [(4.0, 8), (1e3, 7)])
+def test_a_window_that_was_missed_tells_next_to_nothing(missed: float, windows: int) -> None:
+    """Seven of eight windows are 4 off, and tell 25 each; so does one more where it is as bad as they are."""
+    model = Started((4.0, -4.0, 4.0, -4.0, 4.0, -4.0, 4.0, missed))
+    problem = Problem(model, NONE)
+    told = Told(problem, problem.point(np.zeros(1), np.zeros((8, 1))))
+    assert told.information[0, 0] == pytest.approx(25.0 * windows, rel=0.01)
+    assert told.windows == 8, "a missed window has a derivative nevertheless"
+
+
 def test_what_a_bound_holds_and_nothing_was_known_of_is_as_uncertain_as_the_records_leave_it() -> None:
     """Each of four windows would have it at -12, below its bound at -9: φ is 9 and what is left is the same in all 25
     samples, so that the records tell 100/(9 τ)."""
@@ -122,6 +132,20 @@ class Apart(Stateless):
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         made = jobs.points[jobs.point][:, :1] - self.values[jobs.window, None]
         return np.repeat(made, 25, axis=1)
+
+
+class Started(Apart):
+    """The same with more windows, each with a start state that tells of nothing else."""
+
+    def __init__(self, values: tuple[float, ...]) -> None:
+        super().__init__(values)
+        self.counts, self.groups = np.full(len(values), 25), np.zeros(len(values), dtype=np.int64)
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        return 1
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        return super().residuals(hypothesis, jobs) + jobs.states * np.linspace(-1.0, 1.0, 25)
 
 
 def test_what_the_records_cannot_tell_is_named() -> None:

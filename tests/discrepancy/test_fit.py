@@ -127,3 +127,63 @@ def test_windows_searched_in_parts_find_the_same(monkeypatch) -> None:
         in_parts = problem.searched(start, named)
         assert np.array_equal(in_parts.states, at_once.states)
         assert in_parts.cost == at_once.cost < start.cost
+
+
+class Far(Stateless):
+    """4 windows of 50 samples (seed 4): a parameter that seems to be at `at`, and no more than `high`; the start state
+    of each window must go with it."""
+
+    def __init__(self, at: float, high: float) -> None:
+        self.parameters = (Parameter("a", "-", 0.0, 1.0, -90.0, high),)
+        self.counts, self.groups = np.full(4, 50), np.zeros(4, dtype=np.int64)
+        self.at = at
+        self.slope, self.stiff = np.random.default_rng(4).standard_normal((2, 4, 50))
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        return 1
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        z = jobs.points[jobs.point]
+        return (z - self.at) * self.slope[jobs.window] + 5.0 * (z - jobs.states) * self.stiff[jobs.window]
+
+
+@pytest.mark.parametrize(
+    ("at", "high", "reached"), [(1.2, 90.0, 1.0), (2.2, 90.0, 2.0), (4.0, 90.0, 4.0), (9.0, 90.0, 4.0), (9.0, 2.5, 2.0)]
+)
+def test_a_step_goes_on_to_twice_and_four_times_its_length_where_that_is_better(
+    at: float, high: float, reached: float
+) -> None:
+    """A single step is no longer than the scale of the parameter."""
+    problem = Problem(Far(at, high), NONE)
+    place = fit(problem, problem.point(np.zeros(1), np.zeros((4, 1))), steps=1).place
+    assert place.z[0] == pytest.approx(reached)
+
+
+class Wells(Stateless):
+    """4 windows of 50 samples, noise 1 (seed 4), of which a known parameter leaves a shape but in two wells: `nominal`
+    of it at 0 and `other` at `at`."""
+
+    def __init__(self, at: float, nominal: float, other: float) -> None:
+        self.parameters = (Parameter("a", "-", 0.0, 1.0, -9.0, 9.0, known=True),)
+        self.counts, self.groups = np.full(4, 50), np.zeros(4, dtype=np.int64)
+        self.at, self.nominal, self.other = at, nominal, other
+        self.shape, self.noise = np.random.default_rng(4).standard_normal((2, 4, 50))
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        z = jobs.points[jobs.point]
+        left = 1.0 - (1.0 - self.nominal) * np.exp(-((z / 0.3) ** 2))
+        left = left - (1.0 - self.other) * np.exp(-(((z - self.at) / 0.3) ** 2))
+        return left * self.shape[jobs.window] - self.noise[jobs.window]
+
+
+@pytest.mark.parametrize(
+    ("at", "nominal", "other", "ends"), [(3.0, 0.0, 0.6, 0.0), (3.0, 0.9, 0.1, 3.0), (1.6, 0.0, 0.6, 1.6)]
+)
+def test_a_strange_parameter_is_tried_anew_from_nominal_and_stays_where_that_is_no_better(
+    at: float, nominal: float, other: float, ends: float
+) -> None:
+    """Strange is what is farther off than two standard deviations."""
+    problem = Problem(Wells(at, nominal, other), NONE)
+    start = problem.point(np.array([at]), np.zeros((4, 0)))
+    assert fit(problem, start, steps=30).place.z[0] == pytest.approx(at, abs=0.3)
+    assert fit(problem, start, steps=30, thorough=True).place.z[0] == pytest.approx(ends, abs=0.3)

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from discrepancy.criteria import Criteria
-from discrepancy.fit import fit
+from discrepancy.fit import Fit, fit
 from discrepancy.fits import Fits
 from discrepancy.judging import Judge
-from discrepancy.model import Hypothesis, Jobs, together
+from discrepancy.model import NONE, Hypothesis, Jobs, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
+from discrepancy.selection import fitted_set
 from tests.discrepancy.toy import WINDOWS, Chord, Long
 from tests.discrepancy.toy import effect as effect_like
 
@@ -177,3 +178,17 @@ def test_sets_held_before_learn_start_states_of_later_ones(monkeypatch) -> None:
         judge._adapted[fitted.name] = fitted.place
     assert judge.held[one.name].states == pytest.approx(np.full((WINDOWS, 1), _WELL), abs=0.5)
     assert list(judge._adapted) == [other.name], "what was adapted from the wrong states is so anew"
+
+
+@pytest.mark.parametrize(("with_effect", "as_it_came", "kept"), [(2.9, 0.2, 0.2), (0.2, 2.9, 0.2)])
+def test_the_set_without_effects_is_fitted_from_the_better_of_two_machines(
+    with_effect: float, as_it_came: float, kept: float, monkeypatch
+) -> None:
+    """Offsets, of which 0 is right, of the set that had the effect and of the model as it came; no fit moves them."""
+    monkeypatch.setattr("discrepancy.fits.fit", lambda problem, place, **steps: Fit(problem.adopted(place), True))
+    model = Chord({}, 5)
+    fits = Fits(model, model)
+    begun = Problem(model, NONE).point(np.array([as_it_came]), np.zeros((WINDOWS, 0)))
+    fits.begun = fitted_set(model, begun, True, 0.0, optimum=False)
+    place = Problem(model, model.library["tone"][0]).point(np.array([with_effect, 1.0]), np.zeros((WINDOWS, 0)))
+    assert fits.without(fitted_set(model, place, True, 0.0), 0).place.z.tolist() == [kept]

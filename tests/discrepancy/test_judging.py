@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,12 +13,14 @@ from discrepancy.explain import _verdict, explain
 from discrepancy.fit import fit
 from discrepancy.fits import Fits
 from discrepancy.form import Form
+from discrepancy.grades import Evidence
 from discrepancy.held_out import adapted, closed, excess, held_places, steadily, unrepeated
-from discrepancy.judging import Judge
+from discrepancy.judging import Judge, Judged
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
+from discrepancy.selection import Fitted, Selection
 from discrepancy.written import Written, _against, _within_bounds, written
 from tests.discrepancy.toy import WINDOWS, Chord, Long, effect, late
 
@@ -459,3 +462,51 @@ def test_what_is_known_to_look_alike_must_differ_by_more_than_a_law_errs(known, 
         model.library |= {"tone": (effect("tone", ("near",) if known else ()),), "near": (effect("near"),)}
     (finding,) = explain(models[0], models[1], Criteria(slight=slight)).findings
     assert [effect.name for effect in finding.effects] == ["tone", *alike]
+
+
+@pytest.mark.parametrize(
+    ("grades", "closes", "leaves"),
+    [
+        (("dismissed", "stands in"), (0.9, 0.1), 0),
+        (("stands in", "dismissed"), (0.1, 0.9), 1),
+        (("stands in", "stands in"), (0.9, 0.1), 1),
+    ],
+)
+def test_what_is_dismissed_leaves_before_what_stands_in_whatever_they_close(
+    grades, closes, leaves, monkeypatch
+) -> None:
+    """And of those of one grade the one that closes least."""
+    search = Search(Chord({}, 5), Criteria())
+    both = together(*(search.model.library[name][0] for name in ("tone", "beat")))
+    place = Problem(search.model, both).point(np.zeros(3), np.zeros((WINDOWS, 0)))
+    judge, beside = object.__new__(Judge), []
+    judge.fits, judge.criteria = search.fits, search.criteria
+    judge.best = inside = search.fits.kept(place, True)
+    base = search.fits.begun
+    judge.selection = Selection(base, inside, (), (), (), True, search.model)
+    found = FoundEffect("an effect", (), (), "")
+
+    def judged(inside: Fitted, kept: list[int], before: dict[int, float]) -> list[Judged]:
+        beside.append(kept)
+        evidence = [Evidence(closes[k], 1.0, 1.0, "", False, "", ()) for k in kept]
+        return [Judged(k, found, one, grades[k], "") for k, one in zip(kept, evidence, strict=True)]
+
+    monkeypatch.setattr(judge, "_judged_beside", judged)
+    monkeypatch.setattr(judge, "_hold", lambda sets: None)
+    judge.judged()
+    assert beside == [[0, 1], [1 - leaves]]
+
+
+@pytest.mark.parametrize(("states", "missed"), [(1, 1.0 / 9.0), (0, 103.0 / 157.0)])
+def test_one_missed_start_state_is_not_held_against_a_law(states: int, missed: float, monkeypatch) -> None:
+    """Of 10 in each window the law leaves 2 and a table 1; the first window's start state is found by the table alone,
+    where windows have one."""
+    model = Chord({}, 5)
+    law, without = pair(model, [97.0] + [2.0] * 7, [95.0] + [10.0] * 7, states)
+    table, _ = pair(model, [1.0] * 8, [1.0] * 8, states)
+    judge = object.__new__(Judge)
+    judge.held_out, judge.criteria, judge.held = model, Criteria(), {"tone": law, "none": without}
+    judge.best, none = SimpleNamespace(name="tone"), SimpleNamespace(name="none")
+    judge.selection = SimpleNamespace(without=(none,))
+    monkeypatch.setattr(judge, "_tabulated", lambda form: table)
+    assert judge._missed_by_table(0, PLACE) == pytest.approx(missed)

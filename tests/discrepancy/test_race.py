@@ -363,3 +363,33 @@ def test_a_start_that_leads_twice_proposes_once(monkeypatch) -> None:
     base = Problem(model, NONE).point(np.zeros(1), np.zeros((8, 0)))
     race(model, base, [h for hs in model.library.values() for h in hs], Criteria())
     assert len(proposed) == len(set(proposed)) > 1
+
+
+@pytest.mark.parametrize(
+    ("sizes", "proposed"),
+    [
+        ((2.0, 8.0), [(4.0, 1.0), (2.0, 0.5), (2.0, 1.5)]),
+        ((-2.0, 2.0), [(0.0, 1.0), (2.0, 0.5), (-2.0, 0.5), (2.0, 1.5), (-2.0, 1.5)]),
+    ],
+)
+def test_beside_a_leader_the_other_sign_is_proposed_where_the_library_has_both(sizes: tuple, proposed: list) -> None:
+    """Size 2 at the place 1: halfway to its neighbours, and there with the other sign."""
+
+    class Around:
+        def starts(self, effect: Hypothesis, values: list) -> list:
+            return values
+
+    size, place = Parameter("wave.size", "N", 0.0, 1.0), Parameter("wave.place", "m", 0.0, 1.0)
+    places = tuple((size, place) for size in sizes for place in (0.0, 1.0, 2.25))
+    wave = Hypothesis("wave", (size, place), {}, places)
+    nowhere = Problem(Chord({}, 5), NONE).point(np.zeros(1), np.zeros((8, 0)))
+    found = racing._proposals(Around(), Start(wave, (2.0, 1.0), nowhere))
+    assert [*found] == [pytest.approx(one) for one in proposed]
+
+
+@pytest.mark.parametrize(("count", "sizes"), [(2, [1.0, 4.0]), (9, [1.0, 4.0, 16.0])])
+def test_of_starts_side_by_side_in_the_library_s_list_the_better_one_races(count: int, sizes: list[float]) -> None:
+    starts = promising(1.0, 1.1, 1.2, 1.3, 1.4)
+    assert sizes_of(racing._best_of_each(starts, count)) == sizes
+    other = dataclasses.replace(starts[1], effect=dataclasses.replace(starts[1].effect, fixed={"order": 2.0}))
+    assert racing._best_of_each([starts[0], other], 2) == [starts[0], other], "another choice is no neighbour"
