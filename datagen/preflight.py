@@ -129,8 +129,6 @@ def _idle_in_machine(name: str, case: Case, campaign: Campaign) -> bool:
         return "drive.slip" not in present
     if head == "housing_inertia" and loose:
         return False
-    if head == "base_joint" and loose and case.faults.screw_looseness == 0.0:
-        return True  # an effect of the machine's own stands in its place, while screws come loose on top of it
     return head in NOT_IN_MODEL[machine.model]
 
 

@@ -10,7 +10,7 @@ machine, operating_point   what the machine is, what it is asked to do
 effects                    the library of effects the model can be extended by, by name
 faults                     faults of the bench as severities, which stand for effects
 presets                    machines, operating points and sensors in YAML, each number with unit and reason
-coefficients               from these objects to the plain numbers of the kernels: the only door
+law_table, coefficients    from these objects to the plain numbers of the kernels: the only door
 kernels                    the physics as plain scalar functions, compiled; the integrator
 compiled, engine           one compiled version of everything, announced before it is compiled; all cores
 device, cuda               a GPU in their place: the same kernels once more, each machine a thread (extra [cuda])

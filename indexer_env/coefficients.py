@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import functools
-import math
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from indexer_env.checks import did_you_mean
 from indexer_env.effects.base import MachineEffect
-from indexer_env.errors import ParameterError
+from indexer_env.errors import ParameterError, refuse
 from indexer_env.kernels import layout
+from indexer_env.law_table import LawTable, law_table
 from indexer_env.machine import Machine
-from indexer_env.motion_law import MotionLaw
 from indexer_env.operating_point import OperatingPoint
 
 _MODELS = {"A": layout.MODEL_A, "B": layout.MODEL_B, "B_on_base": layout.MODEL_B_ON_BASE}
@@ -24,6 +24,15 @@ _IN_DWELL = layout.USES_ANY_EFFECT & ~(
 )
 """Effects with which the dwell has no closed form here: their items take steps in it, too. Of the process torque and
 the profile error only those that reach into the dwell."""
+
+_USES = (
+    ("viscous", layout.USES_VISCOUS), ("coulomb_torque", layout.USES_COULOMB),
+    ("stribeck_torque", layout.USES_STRIBECK), ("imbalance_torque", layout.USES_IMBALANCE),
+    ("process_torque", layout.USES_PROCESS), ("slip_compliance", layout.USES_SLIP),
+    ("ripple_amplitude", layout.USES_RIPPLE), ("transmission_amplitude", layout.USES_TRANSMISSION),
+    ("mesh_depth", layout.USES_MESH), ("bump_height", layout.USES_BUMP), ("tabulated_over_1", layout.USES_TABLE),
+)  # fmt: skip
+"""Coefficients which, where they are not as in `_OFF`, switch on a feature of the kernels, whoever wrote them."""
 
 _BUMPS = ((layout.USES_PROCESS, "process"), (layout.USES_BUMP, "bump"))
 """Effects that act in a part of the cam turn, and how the names of their numbers begin."""
@@ -39,7 +48,7 @@ _OFF = {
     "stribeck_torque": 0.0, "stribeck_speed": 1.0, "stribeck_smoothing": 1.0,
     "imbalance_torque": 0.0, "imbalance_phase": 0.0,
     "process_torque": 0.0, "process_centre": 0.0, "process_half_width": 1.0,
-    "slip_compliance": 1.0, "ripple_amplitude": 0.0, "ripple_order": 1.0, "ripple_phase": 0.0,
+    "slip_compliance": 0.0, "ripple_amplitude": 0.0, "ripple_order": 1.0, "ripple_phase": 0.0,
     "transmission_amplitude": 0.0, "transmission_order": 1.0, "transmission_phase": 0.0,
     "mesh_depth": 0.0, "mesh_order": 1.0, "mesh_phase": 0.0, "mesh_friction": 0.0,
     "bump_height": 0.0, "bump_centre": 0.0, "bump_half_width": 1.0,
@@ -49,59 +58,6 @@ _OFF = {
     "tabulated_first_2": 0.0, "tabulated_per_2": 0.0, "tabulated_count_2": 4.0, "tabulated_closed_2": 0.0,
     "tabulated_stride": 0.0, **{f"tabulated_{k}": 0.0 for k in range(layout.LARGEST_TABLE)},
 }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class LawTable:
-    """Pieces of a motion law as the kernel reads them.
-
-    Attributes
-    ----------
-    pieces : ndarray (k, PIECE_COLUMNS)
-        Reach [rad], break flags, whether it is still, coefficients of β in powers of (α - reach's low end).
-    steepest : float
-        Largest |β'| at the pieces' ends [-].
-    motion : float
-        Cam angle over which the law moves [rad].
-    motions : tuple of (float, float)
-        Begin and end of each motion [cam turns]; one that goes on over the turn's end ends beyond 1.
-    """
-
-    pieces: np.ndarray
-    steepest: float
-    motion: float
-    motions: tuple[tuple[float, float], ...]
-
-
-@functools.lru_cache(maxsize=1024)
-def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
-    """The law's pieces for a cam of so many stations and such a share of motion."""
-    source = law.pieces(stations, motion_share)
-    table = np.empty((len(source.coefficients), layout.PIECE_COLUMNS))
-    turn = 2.0 * math.pi
-    table[:, layout.PIECE_LOW] = source.edges[:-1] * turn
-    table[:, layout.PIECE_HIGH] = source.edges[1:] * turn
-    table[:, layout.PIECE_BREAK_LOW] = source.breaks[:-1]
-    table[:, layout.PIECE_BREAK_HIGH] = source.breaks[1:]
-    # a cam turn begins where single-station effects change, so that edge is always landed on
-    table[0, layout.PIECE_BREAK_LOW] = table[-1, layout.PIECE_BREAK_HIGH] = 1.0
-    table[:, layout.PIECE_C_0 :] = source.coefficients / turn ** np.arange(6)
-    lengths = table[:, layout.PIECE_HIGH] - table[:, layout.PIECE_LOW]
-    moving = (source.coefficients[:, 1:] != 0.0).any(axis=1)
-    table[:, layout.PIECE_STILL] = ~moving
-    table.flags.writeable = False
-    steepest = float(np.abs(table[:, layout.PIECE_C_0 + 1]).max())
-    return LawTable(table, steepest, float(lengths[moving].sum()), _motions(source.edges, moving))
-
-
-def _motions(edges: np.ndarray, moving: np.ndarray) -> tuple[tuple[float, float], ...]:
-    found: list[tuple[float, float]] = []
-    for low, high in np.column_stack([edges[:-1], edges[1:]])[moving].tolist():
-        begin = found.pop()[0] if found and found[-1][1] == low else low
-        found.append((begin, high))
-    if len(found) > 1 and found[0][0] == 0.0 and found[-1][1] == 1.0:
-        found[-1] = (found[-1][0], 1.0 + found.pop(0)[1])
-    return tuple(found)
 
 
 _JOINTS = tuple(tuple(f"{what}_{n}" for what in ("stiffness", "damping", "backlash", "ratio")) for n in (1, 2, 3))
@@ -159,13 +115,14 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
 
 
 def numbers_of(machine: Machine) -> dict[str, float]:
-    """A machine's own numbers without load, by the kernels' names; joint n's play is `backlash_n`."""
+    """A machine's own numbers without load, by the kernels' names; joint n's play is `backlash_n`. These are what an
+    effect may change."""
     numbers = _OFF | {
         "cam_inertia": machine.cam_inertia, "follower_inertia": machine.follower_inertia,
         "table_inertia": machine.table_inertia, "housing_inertia": machine.housing_inertia,
         "motor_inertia": machine.motor_inertia,
         "reduction": machine.reduction, "advance": machine.advance, "stations": float(machine.stations),
-        "load_torque": 0.0, "law_first": 0.0, "law_count": 0.0, "linear_dwell": 0.0,
+        "load_torque": 0.0,
     }  # fmt: skip
     for names, joint in zip(_JOINTS, (machine.input_joint, machine.output_joint, machine.base_joint), strict=True):
         its = joint.stiffness, joint.damping, joint.backlash, joint.stiffness_ratio
@@ -176,7 +133,7 @@ def numbers_of(machine: Machine) -> dict[str, float]:
 def coefficients_with(machine: Machine, numbers: dict[str, float], effects: Sequence[MachineEffect]) -> Coefficients:
     """The coefficients of a machine that has these numbers, as `numbers_of` gives them, and these effects in place of
     its own; the numbers are used up. A search builds thousands of machines a second so, which need no check."""
-    model, features = machine.model, 0
+    model, known = machine.model, len(numbers)
     for effect in effects:
         if effect.is_null:
             continue
@@ -186,9 +143,13 @@ def coefficients_with(machine: Machine, numbers: dict[str, float], effects: Sequ
                 f"it acts on {effect.enters}, which that model does not have."
             )
         effect.extend(numbers, machine)
-        features |= effect.feature
+        if len(numbers) > known:
+            raise _no_coefficient(effect, machine, list(numbers)[known])
         if effect.name == "base.looseness":
             model = "B_on_base"
+    features = 0
+    for name, bit in _USES:
+        features |= bit if numbers[name] != _OFF[name] else 0
     for number in (1, 2, 3):
         features |= _edges(numbers, number, machine.contact_law)
     if model == "A":
@@ -201,10 +162,20 @@ def coefficients_with(machine: Machine, numbers: dict[str, float], effects: Sequ
         centre, half = numbers[f"{name}_centre"] % 1.0, numbers[f"{name}_half_width"]
         if any(low + half <= place <= high - half for low, high in law.motions for place in (centre, centre + 1.0)):
             in_dwell &= ~bit
-    if model == "B" and not in_dwell and numbers["cubic_2"] == 0.0:
-        numbers["linear_dwell"] = 1.0
+    linear = model == "B" and not in_dwell and numbers["cubic_2"] == 0.0
+    # a motor that does not slip may stand in a block with those that do, where its line must not divide by zero
+    slip = numbers["slip_compliance"] or 1.0
+    numbers |= {"law_first": 0.0, "law_count": 0.0, "linear_dwell": float(linear), "slip_compliance": slip}
     row = np.array(_IN_ORDER(numbers))
     return Coefficients(_MODELS[model], features, row, law)
+
+
+def _no_coefficient(effect: MachineEffect, machine: Machine, name: str) -> ParameterError:
+    """What to say of an effect that writes what no machine has, or what is worked out when all effects have written."""
+    rule = "a function that changes only what indexer_env.coefficients.numbers_of(machine) has"
+    worked_out = "it is worked out from the others, edges from backlash_1, backlash_2 and backlash_3"
+    remedy = worked_out if name in PLACES else did_you_mean(name, numbers_of(machine))
+    return refuse(effect.name, "extend", rule, name, remedy)
 
 
 def _edges(values: dict[str, float], number: int, contact_law: str) -> int:
@@ -237,7 +208,7 @@ class Pack:
     features : int
         Of all items together.
     states : ndarray (n, STATE_ROWS)
-        Start states: kinematic motion at `start_angle`, no deflection.
+        Start states: kinematic motion at `start_angle`, as from `start_states`.
     coefficients : ndarray (n, COEFFICIENT_ROWS)
     pieces : ndarray (p, PIECE_COLUMNS)
         All laws' pieces, one after the other.
@@ -268,7 +239,7 @@ def pack(items: Sequence[Coefficients], operating_points: Sequence[OperatingPoin
 
 def start_states(rows: np.ndarray, operating_points: Sequence[OperatingPoint]) -> np.ndarray:
     """States (n, STATE_ROWS) of kinematic motion, from coefficients (n, COEFFICIENT_ROWS): motor at speed, input joint
-    and base undeflected.
+    deflected by what ripples on the drive at the motor's angle and by nothing else, base undeflected.
 
     The kernel puts the table on its law (region_1 = 2) and finds the law's piece (piece = -1).
     """

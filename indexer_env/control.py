@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from indexer_env.checks import check_number
-from indexer_env.coefficients import law_table
-from indexer_env.effects.drive import Slip
+from indexer_env.effects.drive import MeshFriction, Slip
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.kernels import control as kernel
+from indexer_env.law_table import law_table
 from indexer_env.machine import Machine
-from indexer_env.operating_point import OperatingPoint
+from indexer_env.operating_point import START_ANGLE, OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.turns import LEAST_SPEED
 
@@ -29,10 +29,6 @@ machine rings in its dwell with 0.8 of that scale, with 20° of play with three 
 
 TERMINATION_PENALTY = 100.0
 """Reward of the step in which a machine leaves the model's range, as a loss."""
-
-
-LARGEST_START = 1e6
-"""rad, either way: a double still resolves a cam angle there to 1e-10 rad."""
 
 MOST_SAMPLES = 100_000
 """Samples in a control period, 100 s at 1 kHz: what lies beyond is a slip of the unit."""
@@ -98,7 +94,7 @@ class ControlTask:
         check_number("IndexerEnv", "brake_torque", self.brake_torque, low=0.0, high=500.0, unit="N m")
         check_number("IndexerEnv", "vibration_weight", self.vibration_weight, low=0.0, high=10.0)
         if self.start_angle is not None:
-            check_start_angle("IndexerEnv", self.start_angle)
+            check_number("IndexerEnv", "start_angle", self.start_angle, **START_ANGLE)
 
     @property
     def samples(self) -> int:
@@ -150,11 +146,6 @@ class Limits:
     table_rate: float
     motor_speed: float
     vibration: float
-
-
-def check_start_angle(owner: str, angle: object) -> None:
-    """Refuse what is no cam angle within ±LARGEST_START [rad]."""
-    check_number(owner, "start_angle", angle, low=-LARGEST_START, high=LARGEST_START, unit="rad")
 
 
 def limits_of(machine: Machine, operating_point: OperatingPoint, sensor: Sensor, task: ControlTask) -> Limits:
@@ -217,10 +208,11 @@ def dwell_begin(machine: Machine) -> float:
 
 def speed_kept(machine: Machine, torque: float, motor_speed: float) -> float:
     """Share of the commanded speed [rad/s] that the motor keeps under a torque on the table [N m] where the cam is
-    steepest, motion taken as slow: 1 - c τ β'_max T / ω."""
+    steepest, motion taken as slow: 1 - c τ β'_max T / (ω η), of a reducer whose mesh leaves the share η of a torque."""
     compliance = next((effect.compliance for effect in machine.effects if isinstance(effect, Slip)), 0.0)
+    left = 1.0 - sum(effect.loss for effect in machine.effects if isinstance(effect, MeshFriction))
     steepest = law_table(machine.motion_law, machine.stations, machine.motion_share).steepest
-    return 1.0 - compliance * machine.reduction * steepest * torque / motor_speed
+    return 1.0 - compliance * machine.reduction * steepest * torque / (left * motor_speed)
 
 
 def check_drive(machine: Machine, operating_point: OperatingPoint, task: ControlTask) -> None:

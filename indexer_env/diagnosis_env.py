@@ -91,8 +91,8 @@ class IndexerDiagnosisEnv(FleetView, gymnasium.Env[np.ndarray, np.int64]):
         ParameterError
             An option that does not exist, or a value of one that cannot be.
         """
+        self._running = False  # what is refused below leaves nothing that could go on
         super().reset(seed=seed)
-        self._running = False
         self._fleet.start(0, self.np_random, self._fleet.hypothesis(options))
         self._running, self._shown = True, []
         return self._fleet.observations[0], self._info(None)

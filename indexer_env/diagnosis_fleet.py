@@ -88,9 +88,14 @@ class DiagnosisFleet:
         return self._observations.copy()
 
     @property
+    def _pays(self) -> np.ndarray:
+        """What a turn may cost (n,): what is left, and what the subtractions before may have rounded off it."""
+        return self.left + 1e-9 * self.task.budget
+
+    @property
     def action_masks(self) -> np.ndarray:
         """1 where an action is a name or a turn that the budget still pays, (n, actions) int8."""
-        affordable = self.costs <= self.left[:, np.newaxis]
+        affordable = self.costs <= self._pays[:, np.newaxis]
         return np.concatenate([affordable, np.ones((len(affordable), len(self.names)))], axis=1).astype(np.int8)
 
     def truths(self) -> dict[str, np.ndarray]:
@@ -134,12 +139,12 @@ class DiagnosisFleet:
         """
         n, turns = len(actions), len(self.settings)
         settings = np.minimum(actions, turns - 1)
-        measures = live & (actions < turns) & (self.costs[settings] <= self.left)
+        measures = live & (actions < turns) & (self.costs[settings] <= self._pays)
         rows = np.flatnonzero(measures).tolist()
         cases = [case for i in rows if (case := self._cases[i]) is not None]
         chosen = [self.settings[settings[i]] for i in rows]
         found = measure(cases, chosen, self.operating_point, self.sensor, [rngs[i] for i in rows], numbers=rows)
-        self.left[measures] -= self.costs[settings[measures]]
+        self.left[measures] = np.maximum(self.left[measures] - self.costs[settings[measures]], 0.0)
         measured: list[Measurement | None] = [None] * n
         for i, measurement in zip(rows, found, strict=True):
             measured[i] = measurement

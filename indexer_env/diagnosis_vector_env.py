@@ -113,10 +113,12 @@ class IndexerDiagnosisVectorEnv(FleetView, gymnasium.vector.VectorEnv[np.ndarray
         ParameterError
             As `IndexerDiagnosisEnv.reset`; a mask or a sequence of seeds of another length.
         """
+        before, self._started[:] = self._started.copy(), False  # what is refused below leaves nothing that could go on
         if options and not isinstance(options, Mapping):
             raise refuse(f"{_OWNER}.reset", "options", "a mapping", options)
         given = dict(options or {})
         mask = mask_of(_OWNER, given.pop("reset_mask", None), self.num_envs)
+        self._started[~mask] = before[~mask]
         name = self._fleet.hypothesis(given)
         self._generators.seed(seeds_of(_OWNER, seed, self.num_envs), mask)
         self._start(np.flatnonzero(mask), name)

@@ -1,7 +1,8 @@
 """Signals that a drive measures itself, beside the table's acceleration: the motor's torque and current, two encoders.
 
-    torque    T = τ M1 + J_m γ̈          on the motor shaft: what the input joint takes over the ratio, and the rotor;
-                                        where the mesh rubs (`drive.mesh_friction`) M1 is that before its loss
+    torque    T = u M1 + J_m γ̈          on the motor shaft: what the input joint takes, and the rotor; u is the ratio τ,
+                                        with the derivative by γ of what ripples on the drive side where it does; where
+                                        the mesh rubs (`drive.mesh_friction`) M1 is that before its loss
     current   I = T / k_T + n            k_T the motor's torque constant, n white noise
     encoder   round(x N / 2π) 2π / N     angle within a turn, [0, 2π), of N counts a turn
 
@@ -18,13 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from indexer_env.checks import check_choice, check_integer, check_number
-from indexer_env.effects.drive import MeshFriction
+from indexer_env.effects.drive import MeshFriction, SpeedRipple, TransmissionError
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
 
 SIGNALS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "motor_torque": ("N m", ("torque_1", "region_1", "motor_acceleration")),
-    "motor_current": ("A", ("torque_1", "region_1", "motor_acceleration")),
+    "motor_torque": ("N m", ("torque_1", "region_1", "motor_angle", "motor_acceleration")),
+    "motor_current": ("A", ("torque_1", "region_1", "motor_angle", "motor_acceleration")),
     "motor_angle": ("rad", ("motor_angle",)),
     "table_angle": ("rad", ("table_angle",)),
 }
@@ -118,7 +119,8 @@ class DriveSensors:
         found: dict[str, np.ndarray] = {}
         if {"motor_torque", "motor_current"} & set(self.signals):
             taken = channels["torque_1"] * (1.0 + _friction(machine) * channels["region_1"])
-            torque = machine.reduction * taken + machine.motor_inertia * channels["motor_acceleration"]
+            lever = _lever(machine, channels["motor_angle"])
+            torque = lever * taken + machine.motor_inertia * channels["motor_acceleration"]
             found["motor_torque"] = torque
             found["motor_current"] = torque / self.torque_constant
             if self.noisy:
@@ -143,3 +145,14 @@ def _encoded(angle: np.ndarray, counts: int | None) -> np.ndarray:
 def _friction(machine: Machine) -> float:
     """κ of the reducer's mesh [-], 0 where it does not rub."""
     return sum(effect.friction for effect in machine.effects if isinstance(effect, MeshFriction))
+
+
+def _lever(machine: Machine, angle: np.ndarray) -> np.ndarray | float:
+    """Derivative of the drive side's angle by the motor's [-], at motor angles (n,) [rad]."""
+    lever: np.ndarray | float = machine.reduction
+    for effect in machine.effects:
+        if isinstance(effect, SpeedRipple):
+            lever = lever + machine.reduction * effect.depth * np.cos(effect.order * angle + effect.phase)
+        if isinstance(effect, TransmissionError):
+            lever = lever + effect.amplitude * effect.order * np.cos(effect.order * angle + effect.phase)
+    return lever

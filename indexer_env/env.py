@@ -119,7 +119,8 @@ class IndexerEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Start an episode; the motor runs at its nominal speed, the table stands on its law, no joint is deflected.
+        """Start an episode; the motor runs at its nominal speed, the table stands on its law, no joint is deflected but
+        the input joint by what ripples on the drive.
 
         options, for this episode only: "faults" (as in the constructor), "machine", "operating_point", "start_angle".
 
@@ -128,9 +129,9 @@ class IndexerEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         ParameterError
             An option that does not exist, or a value of one that cannot be.
         """
+        self._running = False  # what is refused below leaves nothing that could go on
         super().reset(seed=seed)
         scenario = options_for(self._scenario, options)
-        self._running = False
         readings = self._fleet.start([0], [scenario.draw(self.np_random)], [self.np_random])
         self._running = True
         if self.render_mode is not None:

@@ -67,8 +67,9 @@ class Course:
         cracks = self.crack_at > 0.0 and self.faults.roller_crack > 0.0
         return cracks or self.backlash_per_joule > 0.0 or (self.loose_at > 0.0 and self.faults.screw_looseness > 0.0)
 
-    def at(self, time: float, work: float) -> Faults:
-        """The faults at a time [s], when so much work [J] has been transmitted."""
+    def at(self, time: float, work: float, most: float = MOST_BACKLASH) -> Faults:
+        """The faults at a time [s], when so much work [J] has been transmitted; wear ends at `most` backlash [rad at
+        the motor shaft]."""
         full = self.faults
         if not self.changes:
             return full
@@ -78,13 +79,17 @@ class Course:
             screw_looseness=full.screw_looseness
             if time >= self.loose_at
             else min(full.screw_looseness, TIGHT_LOOSENESS),
-            backlash=min(full.backlash + self.backlash_per_joule * work, MOST_BACKLASH),
+            backlash=max(full.backlash, min(full.backlash + self.backlash_per_joule * work, most)),
         )
 
     @property
     def worst(self) -> Faults:
         """Every fault that the course can reach, for what must be ready from the start."""
-        return self.at(math.inf, math.inf if self.backlash_per_joule > 0.0 else 0.0)
+        return self.worst_of(MOST_BACKLASH)
+
+    def worst_of(self, most: float) -> Faults:
+        """The same of a machine whose wear ends at `most` backlash."""
+        return self.at(math.inf, math.inf if self.backlash_per_joule > 0.0 else 0.0, most)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from indexer_env.build import field_of, from_mapping
 from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.effects.base import MachineEffect
-from indexer_env.effects.joint import BaseLooseness, InputBacklash
+from indexer_env.effects.joint import MOST_INPUT_BACKLASH, BaseLooseness, InputBacklash
 from indexer_env.effects.roller import RollerCrack, SingleRollerCrack
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.law_reader import law_of_field, make_law
@@ -20,7 +20,7 @@ from indexer_env.machine import Machine
 from indexer_env.units import DEGREE, at_cam
 
 MOST_BACKLASH = 2.0
-"""rad at the motor shaft; wear ends there, too."""
+"""rad at the motor shaft."""
 
 BACKLASH_DEG: dict[str, Any] = {"low": 0.0, "high": MOST_BACKLASH / DEGREE, "unit": "deg at the motor shaft"}
 """Its range in degrees, as `check_number` takes it."""
@@ -75,7 +75,8 @@ class Faults:
         Raises
         ------
         ParameterError
-            The machine already has a cracked roller at another station.
+            The machine already has a cracked roller at another station, or so much play that the backlash is more than
+            its input joint can have.
         """
         present: list[MachineEffect] = []
         if self.roller_crack > 0.0 and self.cracked_station is None:
@@ -89,19 +90,29 @@ class Faults:
             stiffness_loss = _both_cracks(single.stiffness_loss, self.roller_crack)
             present.append(SingleRollerCrack(stiffness_loss=stiffness_loss, station=self.cracked_station))
         if self.screw_looseness > 0.0:
-            loose = _base_of(machine)
+            loose = _on(machine, BaseLooseness(compliance=0.0))
             inertia = machine.follower_inertia + machine.housing_inertia
             stiffness = inertia * (2.0 * math.pi * LOOSE_HOUSING_HZ) ** 2
             compliance = loose.compliance + self.screw_looseness / stiffness
             present.append(dataclasses.replace(loose, compliance=compliance))
         if self.backlash > 0.0:
+            most = most_backlash(machine)
+            if self.backlash > most:
+                rule = f"<= {most:.4g} rad at the motor shaft of {machine.name}, {MOST_INPUT_BACKLASH:g} rad at its cam"
+                raise refuse("Faults", "backlash", rule, self.backlash)
             backlash = _on(machine, InputBacklash(backlash=0.0)).backlash + at_cam(self.backlash, machine.reduction)
-            present.append(InputBacklash(backlash=backlash))
+            present.append(InputBacklash(backlash=min(backlash, MOST_INPUT_BACKLASH)))
         return tuple(present)
 
     def applied_to(self, machine: Machine) -> Machine:
         """The machine with these faults."""
         return machine.with_effects(*self.effects(machine))
+
+
+def most_backlash(machine: Machine) -> float:
+    """Backlash [rad at the motor shaft] that a fault or wear can add to a machine's; its joint's own does not count."""
+    left = MOST_INPUT_BACKLASH - _on(machine, InputBacklash(backlash=0.0)).backlash
+    return min(MOST_BACKLASH, left / machine.reduction)
 
 
 def faults_from_mapping(mapping: Mapping[str, Any]) -> Faults:
@@ -162,20 +173,6 @@ _E = TypeVar("_E", bound=MachineEffect)
 def _on(machine: Machine, null: _E) -> _E:
     """The machine's own effect of this kind, or the null one."""
     return next((effect for effect in machine.effects if isinstance(effect, type(null))), null)
-
-
-def _base_of(machine: Machine) -> BaseLooseness:
-    """How loose a machine's base is before a fault: by its effect, else by its base joint where it stands on one."""
-    own = _on(machine, BaseLooseness(compliance=0.0))
-    if machine.model != "B_on_base" or not own.is_null:
-        return own
-    base = machine.base_joint
-    if base.stiffness_ratio < 1.0:
-        rule = "0 for a machine whose base_joint.stiffness_ratio is below 1, which base.looseness does not have"
-        raise refuse("Faults", "screw_looseness", rule, base.stiffness_ratio)
-    inertia = machine.follower_inertia + machine.housing_inertia
-    damping_ratio = base.damping / (2.0 * math.sqrt(base.stiffness * inertia))
-    return BaseLooseness(1.0 / base.stiffness, damping_ratio, base.backlash)
 
 
 def _both_cracks(first: float, second: float) -> float:

@@ -14,12 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from indexer_env.coefficients import PLACES, LawTable, start_states
+from indexer_env.coefficients import PLACES, start_states
 from indexer_env.control import ControlTask, Limits, dwell_begin, task_numbers
 from indexer_env.engine import LARGEST_DEFLECTION, control_kernels, prepare_kernel, run_kernel
 from indexer_env.faults import Faults
 from indexer_env.kernels import layout
 from indexer_env.kernels.control import BASE_LOAD, DWELL_BEGIN, ITEM_COLUMNS, NOMINAL_SPEED, OBSERVED, SLIPS
+from indexer_env.law_table import LawTable
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensor_stream import SensorStream
@@ -110,10 +111,10 @@ class Fleet:
         ParameterError
             A machine, its faults included, that does not fit its effects or the step. Nothing has then changed.
         """
-        faults = [start.course.at(0.0, 0.0) for start in starts]
+        faults = [start.faults_at(0.0, 0.0) for start in starts]
         first = items_of(list(zip(starts, faults, strict=True)), self._step)
         changing = [place for place, start in enumerate(starts) if start.course.changes]
-        ends = items_of([(starts[place], starts[place].course.worst) for place in changing], self._step)
+        ends = items_of([(starts[place], starts[place].worst) for place in changing], self._step)
         worst = dict(zip(changing, ends, strict=True))
         where = np.asarray(index, dtype=np.int64)
         self._starts = self._starts or [starts[0]] * len(self)
@@ -234,7 +235,7 @@ class Fleet:
                 self._work[i] += self._power(i) / self.task.sample_rate
             if turns[i] > self._turns[i]:
                 self._booked[i] = self._work[i]
-            faults = start.course.at(self._age(i), float(self._booked[i]))
+            faults = start.faults_at(self._age(i), float(self._booked[i]))
             if faults != self._applied[i]:
                 self._apply(i, start, faults)
         self._turns = turns

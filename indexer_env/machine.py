@@ -24,8 +24,8 @@ NOT_IN_MODEL = {
     "B": ("base_joint", "housing_inertia", "motor_inertia"),
     "B_on_base": ("motor_inertia",),
 }
-"""Parameters that each model's equations do not have; housing_inertia comes in with base.looseness, which sets joint 3
-itself, and motor_inertia with drive.slip."""
+"""Parameters that each model's equations do not have; housing_inertia comes in with base.looseness, which brings a
+joint 3 of its own, and motor_inertia with drive.slip."""
 
 CONTACT_LAWS = ("clipped", "kelvin_voigt", "damped_play")
 """clipped: contact pushes and never pulls (default); kelvin_voigt: spring and damper while δ is beyond ±g/2, also when

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from indexer_env.coefficients import Coefficients, coefficients
+from indexer_env.errors import ParameterError
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -44,6 +45,10 @@ so slow a motion is the rattling itself, whose error grows from contact to conta
 FINEST_STEP = 0.25e-3
 """s; the automatic step is no finer: a machine that needs that for the accuracy gets this one, and is refused where it
 does not resolve its fastest mode. What takes longer than usual is asked for by name."""
+
+PULSE_STEPS = 16
+"""Least automatic steps in half the width of a process torque or of a bump on the cam: with 9 the error of a bump of
+0.3° that is 3.6° of the cam wide on either side is 8e-5 of the motion."""
 
 _SLOW = 1e-9
 """1/s; stands for no decay at all."""
@@ -137,6 +142,15 @@ def largest_steps(items: Sequence[Coefficients]) -> np.ndarray:
     return np.minimum(*_resolving_steps(items, _columns(items)))
 
 
+def coarse_step(owner: str, machine: Machine, item: Coefficients, step: float) -> ParameterError:
+    """What to say of a step [s] that does not resolve a machine's fastest mode or its fastest decay."""
+    mode, decay = (float(most[0]) for most in _resolving_steps([item], _columns([item])))
+    limits = f"mode of {machine.name} (phase per step <= {LARGEST_PHASE_STEP} rad)", f"decay of {machine.name}"
+    remedy = f"got {step:.3g} s; set step to {0.9 * min(mode, decay):.2g}"
+    what = limits[0] if mode <= decay else f"{limits[1]} (step over its time constant <= {LARGEST_DECAY_STEP:g})"
+    return ParameterError(f"{owner}.step must be <= {min(mode, decay):.3g} s to resolve the fastest {what}, {remedy}.")
+
+
 def _columns(items: Sequence[Coefficients]) -> dict[str, np.ndarray]:
     """Coefficients of n items by their names, (n,) each."""
     return dict(zip(layout.COEFFICIENT_NAMES, np.stack([item.row for item in items]).T, strict=True))
@@ -144,10 +158,15 @@ def _columns(items: Sequence[Coefficients]) -> dict[str, np.ndarray]:
 
 def _resolving_steps(items: Sequence[Coefficients], columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """The largest steps (n,) [s] that resolve the fastest mode and the fastest decay of each of n items of one model,
-    in the dwell and where the law is steepest. Cubic hardening does not count: its stiffness depends on the motion."""
+    in the dwell and where the law is steepest. Cubic hardening does not count: its stiffness depends on the motion; a
+    torque that is tabulated over the output joint's deflection counts where it is steepest."""
+    springs, dampers = _steepest_tables(columns)
     rubbing = 1.0 / (1.0 - columns["mesh_friction"])
     stiffness = rubbing * columns["stiffness_1"] * (1.0 + columns["mesh_depth"])
-    columns = columns | {"stiffness_1": stiffness, "damping_1": rubbing * columns["damping_1"]}
+    columns = columns | {
+        "stiffness_1": stiffness, "damping_1": rubbing * columns["damping_1"],
+        "stiffness_2": columns["stiffness_2"] + springs,
+    }  # fmt: skip
     omega, decay = np.zeros(len(items)), np.zeros(len(items))
     for slope in (np.zeros(len(items)), np.array([item.law.steepest for item in items])):
         inertia, damping, stiffness = _matrices(items[0].model, columns.__getitem__, slope)
@@ -155,17 +174,18 @@ def _resolving_steps(items: Sequence[Coefficients], columns: dict[str, np.ndarra
         omega = np.maximum(omega, np.sqrt(squares))
         decay = np.maximum(decay, np.abs(np.linalg.eigvals(np.linalg.solve(inertia, damping))).max(axis=1))
     slipping = np.array([bool(item.features & layout.USES_SLIP) for item in items])
-    decay = np.maximum(decay, _decay_of_loads(columns, slipping))
+    decay = np.maximum(decay, _decay_of_loads(columns, slipping, dampers))
     return LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay
 
 
-def _decay_of_loads(columns: Mapping[str, np.ndarray], slipping: np.ndarray) -> np.ndarray:
-    """Fastest decay (n,) [1/s] by friction on the table and by the slip of the motors that are `slipping` (n,)."""
+def _decay_of_loads(columns: Mapping[str, np.ndarray], slipping: np.ndarray, tabulated: np.ndarray) -> np.ndarray:
+    """Fastest decay (n,) [1/s] by friction on the table, what is `tabulated` of it included, and by the slip of the
+    motors that are `slipping`, (n,) each."""
     friction = (
         columns["coulomb_torque"] / columns["coulomb_speed"]
         + columns["viscous"]
         + columns["stribeck_torque"] / columns["stribeck_smoothing"]
-        + _steepest_table(columns)
+        + tabulated
     )
     slip = np.where(slipping, 1.0 / (columns["slip_compliance"] * columns["motor_inertia"]), 0.0)
     return np.maximum.reduce([friction / columns["table_inertia"], slip, np.full(len(slipping), _SLOW)])
@@ -184,11 +204,12 @@ def quick_step(
     columns = dict(zip(layout.COEFFICIENT_NAMES, rows.T, strict=True))
     rubbing = 1.0 / (1.0 - columns["mesh_friction"])
     stiffness_1 = rubbing * columns["stiffness_1"] * (1.0 + columns["mesh_depth"])
-    stiffness = stiffness_1, columns["stiffness_2"], columns["stiffness_3"]
+    springs, dampers = _steepest_tables(columns)
+    stiffness = stiffness_1, columns["stiffness_2"] + springs, columns["stiffness_3"]
     damping = rubbing * columns["damping_1"], columns["damping_2"], columns["damping_3"]
     orders = (np.where(columns[name] != 0.0, columns[f"{kind}_order"], 0.0) for kind, name in _HARMONICS)
     square = (np.maximum.reduce([*orders]) * speed) ** 2
-    rate = _decay_of_loads(columns, np.full(len(rows), bool(features & layout.USES_SLIP)))
+    rate = _decay_of_loads(columns, np.full(len(rows), bool(features & layout.USES_SLIP)), dampers)
     for slope in (0.0, steepest):
         mobilities = _mobilities(model, columns, slope)
         square = np.maximum(square, sum(k * m for k, m in zip(stiffness, mobilities, strict=False)))
@@ -214,19 +235,20 @@ def _mobilities(model: int, columns: Mapping[str, np.ndarray], slope: float) -> 
     )
 
 
-def _steepest_table(columns: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Largest slope (n,) [N m s/rad] of a torque that is tabulated over the table's speed or the rate of the output
-    joint's deflection, else 0."""
-    found = np.zeros(len(columns["tabulated_over_1"]))
+def _steepest_tables(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Largest slopes (n,) of a torque that is tabulated, else 0: over the output joint's deflection [N m/rad], and over
+    its rate or the table's speed [N m s/rad]."""
+    springs, dampers = np.zeros((2, len(columns["tabulated_over_1"])))
     for k in np.flatnonzero(columns["tabulated_over_1"] >= 0.0).tolist():
         own = {name: float(columns[f"tabulated_{name}"][k]) for name in _TABLE_NUMBERS}
         lines = int(own["count_2"]) if own["stride"] else 1
         size = int(own["count_1"]) * lines
         spline = np.array([columns[f"tabulated_{n}"][k] for n in range(size)]).reshape(lines, -1)
         for n, over in ((1, own["over_1"]), (2, own["over_2"])):
-            if over in (0.0, 4.0):
+            if over in (0.0, 3.0, 4.0):
+                found = springs if over == 3.0 else dampers
                 found[k] = float(np.abs(np.diff(spline, axis=2 - n)).max()) * own[f"per_{n}"]
-    return found
+    return springs, dampers
 
 
 _TABLE_NUMBERS = ("over_1", "over_2", "per_1", "per_2", "count_1", "count_2", "stride")
@@ -234,20 +256,24 @@ _TABLE_NUMBERS = ("over_1", "over_2", "per_1", "per_2", "count_1", "count_2", "s
 
 def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> tuple[np.ndarray, np.ndarray]:
     """The largest step (n,) [s] of each of n items of one model, as by `largest_steps`, and its automatic one (n,) [s]:
-    ACCURATE_SHARES of the largest ones, MOTION_STEPS to a motion of the cam, HARMONIC_PHASE and HARMONIC_ERROR to a
-    step at the drive's orders; half of it with hardening contact, a LARGE_RIPPLE or RATTLING; never finer than
-    FINEST_STEP."""
+    ACCURATE_SHARES of the largest ones, MOTION_STEPS to a motion of the cam, PULSE_STEPS to half the width of what acts
+    in a part of it, HARMONIC_PHASE and HARMONIC_ERROR to a step at the drive's orders; half of it with hardening
+    contact, a LARGE_RIPPLE or RATTLING; never finer than FINEST_STEP."""
     columns = _columns(items)
     largest = _resolving_steps(items, columns)
     speed = np.maximum(np.abs([point.motor_speed for point in points]), _SLOW)
-    motion = np.array([item.law.motion for item in items]) / (columns["reduction"] * speed)
+    cam_speed = columns["reduction"] * speed
+    motion = np.array([item.law.motion for item in items]) / cam_speed
+    pulse = np.minimum.reduce([
+        np.where(columns[size] != 0.0, 2.0 * math.pi * columns[width] / cam_speed, math.inf) for size, width in _PULSES
+    ])  # fmt: skip
     harmonic = [
         np.where(size != 0.0, order * np.maximum(1.0 / HARMONIC_PHASE, share**0.25 / HARMONIC_ERROR), _SLOW)
         for size, order, share in (_harmonic(columns, kind, name) for kind, name in _HARMONICS)
     ]
     steps = np.minimum.reduce([
         *(share * step for share, step in zip(ACCURATE_SHARES, largest, strict=True)),
-        motion / MOTION_STEPS, 1.0 / (np.maximum.reduce(harmonic) * speed),
+        motion / MOTION_STEPS, pulse / PULSE_STEPS, 1.0 / (np.maximum.reduce(harmonic) * speed),
     ])  # fmt: skip
     edges = np.array([bool(item.features & ~layout.USES_ANY_EFFECT) for item in items])
     rattling = edges & (LARGEST_PHASE_STEP * motion > RATTLING * largest[0])
@@ -266,3 +292,6 @@ _HARMONICS = (
     ("ripple", "ripple_amplitude"), ("transmission", "transmission_amplitude"), ("mesh", "mesh_depth"),
 )  # fmt: skip
 """Effects at orders of the motor, and the coefficient of their size."""
+
+_PULSES = (("process_torque", "process_half_width"), ("bump_height", "bump_half_width"))
+"""Effects that act in a part of the cam turn: coefficients of their size, and of half their width [cam turns]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from indexer_env.checks import check_number
 from indexer_env.units import RPM
@@ -12,6 +13,13 @@ REFERENCE_MOTOR_SPEED = 1500.0 * RPM
 
 REFERENCE_LOAD_TORQUE = 2.0
 """Load torque of the reference machine, N m (docs/explanation/physics.md, section The reference machine)."""
+
+
+LARGEST_START = 1e6
+"""rad, either way: a double still resolves a cam angle there to 1e-10 rad."""
+
+START_ANGLE: dict[str, Any] = {"low": -LARGEST_START, "high": LARGEST_START, "unit": "rad"}
+"""The start angle's range, as `check_number` takes it."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +33,7 @@ class OperatingPoint:
     load_torque : float
         T_L, torque that opposes the table's motion [N m]; a negative one drives it.
     start_angle : float
-        Cam angle at t = 0 [rad]; the cam's motion phase begins at 0, its dwell at 2π·motion_share.
+        Cam angle at t = 0 [rad], within ±1e6; the cam's motion phase begins at 0, its dwell at 2π·motion_share.
     """
 
     motor_speed: float = REFERENCE_MOTOR_SPEED
@@ -35,4 +43,4 @@ class OperatingPoint:
     def __post_init__(self) -> None:
         check_number("OperatingPoint", "motor_speed", self.motor_speed, low=0.0, low_open=True, unit="rad/s")
         check_number("OperatingPoint", "load_torque", self.load_torque, unit="N m")
-        check_number("OperatingPoint", "start_angle", self.start_angle, unit="rad")
+        check_number("OperatingPoint", "start_angle", self.start_angle, **START_ANGLE)

@@ -13,14 +13,14 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from indexer_env.build import check_keywords, from_mapping
-from indexer_env.checks import did_you_mean
-from indexer_env.control import ControlTask, Limits, check_drive, check_start_angle, dwell_begin, limits_of
+from indexer_env.checks import check_number, did_you_mean
+from indexer_env.control import ControlTask, Limits, check_drive, dwell_begin, limits_of
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.fault_law import Course, FaultLaw, fault_law
 from indexer_env.faults import Faults
 from indexer_env.kernels.control import OBSERVED
 from indexer_env.machine import Machine
-from indexer_env.operating_point import OperatingPoint
+from indexer_env.operating_point import START_ANGLE, OperatingPoint
 from indexer_env.presets import load_machine, load_operating_point, load_sensor, load_yaml
 from indexer_env.sensors import Sensor
 from indexer_env.start import Start, items_of
@@ -95,7 +95,7 @@ def check_faults(scenarios: Sequence[Scenario]) -> None:
     for name, value, course in scenarios[0].faults.extremes():
         starts = [Start(scenario.machine, scenario.operating_point, course) for scenario in scenarios]
         try:
-            items_of([(start, faults) for start in starts for faults in (course.at(0.0, 0.0), course.worst)], step)
+            items_of([(start, faults) for start in starts for faults in (start.faults_at(0.0, 0.0), start.worst)], step)
         except ParameterError as error:
             unit = {"backlash": "deg", "backlash_per_joule": "deg/J"}.get(name)
             shown = f"{value / DEGREE:g} {unit}" if unit else f"{value:g}"
@@ -119,7 +119,7 @@ def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenar
                 "IndexerEnv", "operating_point", value, OperatingPoint, load_operating_point
             )
         elif key == "start_angle":
-            check_start_angle("IndexerEnv.reset", value)
+            check_number("IndexerEnv.reset", "start_angle", value, **START_ANGLE)
             changes["task"] = dataclasses.replace(scenario.task, start_angle=float(value))
         else:
             hint = did_you_mean(key, OPTIONS) or "the options are " + ", ".join(OPTIONS)

@@ -20,7 +20,7 @@ from indexer_env.engine import cores, prepare_kernel
 from indexer_env.errors import ParameterError, SimulationError, refuse
 from indexer_env.kernels.layout import LANES, USES_SLIP
 from indexer_env.machine import Machine
-from indexer_env.modes import LARGEST_PHASE_STEP, steps_of
+from indexer_env.modes import coarse_step, steps_of
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.trajectory import Batch, Trajectory, WarmupReport
@@ -231,7 +231,7 @@ def _prepared(
             parts[index] = run.steps_per_sample(step)
             actual = 1.0 / (run.sample_rate * parts[index])
             if actual > largest:
-                error = _coarse_step(machines[index], actual, largest)
+                error = coarse_step("Run", machines[index], items[index], actual)
                 if not reject:
                     raise error
                 batch.rejected[index] = str(error)
@@ -255,10 +255,3 @@ def _groups(
     for members in alike.values():
         for first in range(0, len(members), size):
             yield members[first : first + size]
-
-
-def _coarse_step(machine: Machine, actual: float, largest: float) -> ParameterError:
-    return ParameterError(
-        f"Run.step must be <= {largest:.3g} s to resolve the fastest mode of {machine.name} "
-        f"(phase per step <= {LARGEST_PHASE_STEP} rad), got {actual:.3g} s; set step to {0.9 * largest:.2g}."
-    )

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from indexer_env.coefficients import Coefficients, coefficients
-from indexer_env.errors import ParameterError
 from indexer_env.fault_law import Course
-from indexer_env.faults import Faults
+from indexer_env.faults import Faults, most_backlash
 from indexer_env.machine import Machine
-from indexer_env.modes import LARGEST_PHASE_STEP, largest_steps
+from indexer_env.modes import coarse_step, largest_steps
 from indexer_env.operating_point import OperatingPoint
 
 
@@ -23,13 +22,22 @@ class Start:
     operating_point: OperatingPoint
     course: Course
 
+    def faults_at(self, time: float, work: float) -> Faults:
+        """The faults of its course at a time [s] and work [J], on its machine."""
+        return self.course.at(time, work, most_backlash(self.machine))
+
+    @property
+    def worst(self) -> Faults:
+        """Every fault that its course can reach on its machine."""
+        return self.course.worst_of(most_backlash(self.machine))
+
     def item(self, faults: Faults, step: float) -> Coefficients:
         """The coefficients with these faults, for an integrator's step [s]; raises as `items_of`."""
         return items_of([(self, faults)], step)[0]
 
     def check(self, step: float) -> None:
         """Refuse what the first or the worst faults of its course make of it; raises as `items_of`."""
-        items_of([(self, self.course.at(0.0, 0.0)), (self, self.course.worst)], step)
+        items_of([(self, self.faults_at(0.0, 0.0)), (self, self.worst)], step)
 
 
 def items_of(starts: Sequence[tuple[Start, Faults]], step: float) -> list[Coefficients]:
@@ -63,8 +71,5 @@ def _check_steps(machines: Sequence[Machine], items: Sequence[Coefficients], ste
         largest = largest_steps([items[place] for place in members])
         for place, most in zip(members, largest.tolist(), strict=True):
             if step > most:
-                raise ParameterError(
-                    f"IndexerEnv.step must be <= {most:.3g} s to resolve the fastest mode of {machines[place].name} "
-                    f"(phase per step <= {LARGEST_PHASE_STEP} rad), got {step:.3g} s; set step to {0.9 * most:.2g}."
-                )
+                raise coarse_step("IndexerEnv", machines[place], items[place], step)
             items[place].row.flags.writeable = False

@@ -152,13 +152,13 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         ParameterError
             As `IndexerEnv.reset`; a mask or a sequence of seeds of another length.
         """
+        before, self._started[:] = self._started.copy(), False  # what is refused below leaves nothing that could go on
         if options and not isinstance(options, Mapping):
             raise refuse("IndexerVectorEnv.reset", "options", "a mapping", options)
         given = dict(options or {})
         mask = mask_of("IndexerVectorEnv", given.pop("reset_mask", None), self.num_envs)
-        seeds = seeds_of("IndexerVectorEnv", seed, self.num_envs)
-        self._started[mask] = False  # what is refused below leaves nothing that could go on
-        self._seed(seeds, mask)
+        self._started[~mask] = before[~mask]
+        self._seed(seeds_of("IndexerVectorEnv", seed, self.num_envs), mask)
         index = np.flatnonzero(mask)
         readings = self._arrays.zeros(self.num_envs, self._fleet.task.samples)
         readings[self._arrays.index(index)] = self._start(index, given)

@@ -22,14 +22,13 @@ equation in kernels/effects.py and a line in kernels/rates.py.
 
 from __future__ import annotations
 
-import dataclasses
 from collections import ChainMap
 from collections.abc import Mapping
 from typing import Any
 
 from indexer_env.checks import did_you_mean
 from indexer_env.effects import cam, drive, friction, joint, load, roller, sensor, tabulated
-from indexer_env.effects.base import EFFECTS, Effect, MachineEffect, SensorEffect
+from indexer_env.effects.base import EFFECTS, Effect, MachineEffect, SensorEffect, sizes
 from indexer_env.effects.tabulated import TABLES
 from indexer_env.errors import ParameterError, refuse
 
@@ -90,5 +89,4 @@ def _check_known(name: str) -> None:
 def null_effect(name: str) -> Effect:
     """The effect at its null value, other parameters at their defaults."""
     cls = LOADABLE[name]
-    sizes = {f.name: f.metadata["null"] for f in dataclasses.fields(cls) if f.metadata["null"] is not None}
-    return cls(**sizes)
+    return cls(**{field.name: field.metadata["null"] for field in sizes(cls)})

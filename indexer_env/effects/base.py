@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from indexer_env.checks import check_integer, check_number
+from indexer_env.errors import refuse
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
@@ -50,6 +51,9 @@ def ladder(first: float, rungs: int, factor: float = 3.0, *, both: bool = False)
     up = tuple(first * factor**k for k in range(rungs))
     return up + tuple(-size for size in up) if both else up
 
+
+LEAST_HALF_WIDTH = 0.01
+"""Cam turns; what is over sooner no step of 0.25 ms resolves."""
 
 PHASES = tuple(2.0 * math.pi * k / 6 for k in range(6))
 """Starts of a phase [rad]: a fit reaches either neighbour's half of the way."""
@@ -113,8 +117,8 @@ class Effect:
     @property
     def is_null(self) -> bool:
         """True where the effect's size is at its null value: the machine is then bit-equal to one without it."""
-        sizes = [field for field in dataclasses.fields(self) if field.metadata["null"] is not None]
-        return all(getattr(self, field.name) == field.metadata["null"] for field in sizes)
+        own = sizes(type(self))
+        return bool(own) and all(getattr(self, field.name) == field.metadata["null"] for field in own)
 
 
 class MachineEffect(Effect):
@@ -123,11 +127,8 @@ class MachineEffect(Effect):
     models: ClassVar[tuple[str, ...]] = ("A", "B", "B_on_base")
     """The machine's models it can act in."""
 
-    feature: ClassVar[int] = 0
-    """The kernel's feature bit that the effect switches on (layout.py); 0 where plain coefficients suffice."""
-
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        """Write the effect into the coefficients (names and units: kernels/layout.py)."""
+        """Write the effect into the coefficients: those that `coefficients.numbers_of` gives, no others."""
         raise TypeError(f"{type(self).__name__} must define extend().")
 
 
@@ -150,7 +151,24 @@ EFFECTS: dict[str, type[Effect]] = {}
 """All effects by name; filled by `register` when the families are imported (indexer_env.effects)."""
 
 
+def sizes(effect: type[Effect]) -> list[dataclasses.Field]:
+    """The parameters that measure an effect's size: those with a null value."""
+    return [field for field in dataclasses.fields(effect) if field.metadata.get("null") is not None]
+
+
 def register(effect: type[_E]) -> type[_E]:
-    """Class decorator: enter an effect into `EFFECTS`."""
+    """Class decorator: enter an effect into `EFFECTS`; a class that is defined again replaces itself.
+
+    Raises
+    ------
+    ParameterError
+        An effect without a size, which would always count as null, or with a name that another one has.
+    """
+    if not sizes(effect):
+        rule, remedy = "a dataclass's, one of them the effect's size", "give that one null=, the value without effect"
+        raise refuse(effect.__name__, "parameters", rule, [field.name for field in dataclasses.fields(effect)], remedy)
+    other = EFFECTS.setdefault(effect.name, effect)
+    if (other.__module__, other.__qualname__) != (effect.__module__, effect.__qualname__):
+        raise refuse(effect.__name__, "name", "one that no other effect has", effect.name, f"{other.__name__} has it")
     EFFECTS[effect.name] = effect
     return effect

@@ -6,9 +6,8 @@ from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from indexer_env.effects.base import MachineEffect, Sought, ladder, parameter, register
+from indexer_env.effects.base import LEAST_HALF_WIDTH, MachineEffect, Sought, ladder, parameter, register
 from indexer_env.errors import refuse
-from indexer_env.kernels.layout import USES_BUMP
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
@@ -28,7 +27,6 @@ class ProfileError(MachineEffect):
     equation = "β += A (1 - y²)⁴ for |y| < 1, y = (cam phase - centre)/half_width; β', β'' with it"
     source = "own choice: smooth bump with three continuous derivatives"
     enters = "motion law"
-    feature = USES_BUMP
 
     height: float = parameter(
         "height A, at the follower",
@@ -45,9 +43,8 @@ class ProfileError(MachineEffect):
         "half width of the bump",
         "turns",
         default=0.05,
-        low=0.0,
+        low=LEAST_HALF_WIDTH,
         high=0.5,
-        low_open=True,
         sought=Sought("-", (0.06, 0.12), 0.03, 0.01, 0.3),
     )
 
@@ -83,5 +80,8 @@ class StationSpacing(MachineEffect):
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         if self.station >= machine.stations:
             raise refuse(self.name, "station", f"below the machine's {machine.stations} stations", self.station)
+        if abs(self.error) >= machine.advance:
+            pitch = f"the pitch of the machine's {machine.stations} stations, {machine.advance:.4g} rad"
+            raise refuse(self.name, "error", f"smaller, either way, than {pitch}", self.error)
         coefficients["spacing_error"] = self.error
         coefficients["spacing_station"] = float(self.station)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from indexer_env.effects.base import PHASES, MachineEffect, Sought, ladder, parameter, register
-from indexer_env.kernels.layout import USES_MESH, USES_RIPPLE, USES_SLIP, USES_TRANSMISSION
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
@@ -20,11 +19,10 @@ class Slip(MachineEffect):
 
     name = "drive.slip"
     sentence = "The motor's speed falls with the torque asked of it, as an induction motor's does."
-    equation = "J_m γ̈ = (γ̇_command - γ̇)/c - τ M1"
+    equation = "J_m γ̈ = (γ̇_command - γ̇)/c - M1 ∂(drive side)/∂γ; the drive side is at τ γ where nothing ripples on it"
     source = "linear part of the torque-speed curve, e.g. Leonhard, Control of Electrical Drives (2001)"
     enters = "the motor's speed through the torque of joint 1"
     models = ("B", "B_on_base")
-    feature = USES_SLIP
 
     compliance: float = parameter(
         "speed lost per torque c", "rad/(s N m)", null=0.0, low=0.0, sought=Sought("slip", ladder(5e-4, 5), 5e-4, 1e-5)
@@ -45,7 +43,6 @@ class SpeedRipple(MachineEffect):
     source = "kinematics; depth is the relative amplitude of the speed"
     enters = "drive side of joint 1"
     alike = ("drive.transmission_error",)
-    feature = USES_RIPPLE
 
     depth: float = parameter(
         "relative amplitude of the speed",
@@ -75,7 +72,6 @@ class TransmissionError(MachineEffect):
     source = "Smith, Gear Noise and Vibration (2003): transmission error as a displacement input"
     enters = "drive side of joint 1"
     alike = ("drive.speed_ripple",)
-    feature = USES_TRANSMISSION
 
     amplitude: float = parameter(
         "amplitude e at the cam shaft",
@@ -107,7 +103,6 @@ class MeshStiffness(MachineEffect):
     source = "Kahraman and Singh, J. Sound Vib. 146 (1991) 135: first harmonic of the mesh stiffness"
     enters = "torque of joint 1"
     models = ("B", "B_on_base")
-    feature = USES_MESH
 
     depth: float = parameter(
         "relative amplitude", "-", null=0.0, low=0.0, high=0.9, sought=Sought("-", (0.05, 0.15, 0.4), 0.05, 0.0, 0.9)

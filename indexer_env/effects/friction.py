@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from indexer_env.effects.base import MachineEffect, Sought, ladder, parameter, register
-from indexer_env.kernels.layout import USES_COULOMB, USES_STRIBECK, USES_VISCOUS
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
@@ -29,7 +28,6 @@ class CoulombFriction(MachineEffect):
     source = "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083, section 2"
     enters = "table torque"
     alike = ("friction.stribeck",)
-    feature = USES_COULOMB
 
     torque: float = parameter(
         "Coulomb torque T_c", "N m", null=0.0, low=0.0, sought=Sought("torque", ladder(0.036, 5), 0.12)
@@ -51,14 +49,13 @@ class ViscousFriction(MachineEffect):
     equation = "T_L += c φ̇"
     source = "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083, section 2"
     enters = "table torque"
-    feature = USES_VISCOUS
 
     coefficient: float = parameter(
         "drag c", "N m s/rad", null=0.0, low=0.0, sought=Sought("torque per speed", ladder(0.1, 5), 0.33)
     )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        coefficients["viscous"] = self.coefficient
+        coefficients["viscous"] += self.coefficient
 
 
 @register
@@ -72,7 +69,6 @@ class StribeckFriction(MachineEffect):
     source = "Hess and Soom, J. Tribology 112 (1990) 147: the 1/(1+(v/v_s)²) form"
     enters = "table torque"
     alike = ("friction.coulomb",)
-    feature = USES_STRIBECK
 
     torque: float = parameter(
         "breakaway torque above Coulomb's, T_s",

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from indexer_env.machine import Machine
 
 
+MOST_INPUT_BACKLASH = 0.2
+"""rad at the cam shaft."""
+
+
 @register
 @dataclass(frozen=True)
 class InputBacklash(MachineEffect):
@@ -30,7 +34,7 @@ class InputBacklash(MachineEffect):
         "rad",
         null=0.0,
         low=0.0,
-        high=0.2,
+        high=MOST_INPUT_BACKLASH,
         sought=Sought("input deflection", ladder(0.033, 5), 0.033, 0.0, 8.0),
     )
 
@@ -92,7 +96,10 @@ class BaseLooseness(MachineEffect):
 
     name = "base.looseness"
     sentence = "The base screws are loose, so that the housing rotates against the floor."
-    equation = "k3 = 1/compliance, r3 = 2 ζ √(k3 (J_F + J_b)), total play g3; compliance 0 is Model B"
+    equation = (
+        "k3 = 1/compliance, r3 = 2 ζ √(k3 (J_F + J_b)), total play g3; compliance 0 is Model B. On a machine that has "
+        "a joint 3, in series with it: 1/k3, g3 and r3/k3² add"
+    )
     source = "docs/explanation/physics.md, sections The machine and Faults"
     enters = "joint 3"
     models = ("B", "B_on_base")
@@ -119,9 +126,14 @@ class BaseLooseness(MachineEffect):
     backlash: float = parameter("backlash (total play) of the screws g3", "rad", default=0.0, low=0.0, high=0.05)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        stiffness = 1.0 / self.compliance
         inertia = coefficients["follower_inertia"] + coefficients["housing_inertia"]
-        coefficients["stiffness_3"] = stiffness
-        coefficients["damping_3"] = 2.0 * self.damping_ratio * math.sqrt(stiffness * inertia)
-        coefficients["backlash_3"] = self.backlash
-        coefficients["ratio_3"] = 1.0
+        damping = 2.0 * self.damping_ratio * math.sqrt(1.0 / self.compliance * inertia)
+        compliance, softer, before, backlash = self.compliance, self.compliance, 0.0, 0.0
+        if machine.model == "B_on_base":
+            own = 1.0 / coefficients["stiffness_3"]
+            compliance, softer = own + self.compliance, own / coefficients["ratio_3"] + self.compliance
+            before, backlash = coefficients["damping_3"] * (own / compliance) ** 2, coefficients["backlash_3"]
+        coefficients["stiffness_3"] = 1.0 / compliance
+        coefficients["damping_3"] = before + damping * (self.compliance / compliance) ** 2
+        coefficients["backlash_3"] = backlash + self.backlash
+        coefficients["ratio_3"] = compliance / softer

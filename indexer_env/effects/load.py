@@ -7,8 +7,7 @@ from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from indexer_env.effects.base import MachineEffect, Sought, ladder, parameter, register
-from indexer_env.kernels.layout import USES_IMBALANCE, USES_PROCESS
+from indexer_env.effects.base import LEAST_HALF_WIDTH, MachineEffect, Sought, ladder, parameter, register
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
@@ -32,7 +31,6 @@ class Imbalance(MachineEffect):
     equation = "T_L += m g e sin(φ + phase)"
     source = "statics of an eccentric mass; m g e is its weight's moment at the worst angle"
     enters = "table torque"
-    feature = USES_IMBALANCE
 
     torque: float = parameter(
         "moment of the eccentric weight m g e",
@@ -58,7 +56,6 @@ class ProcessTorque(MachineEffect):
     equation = "T_L += T_p (1 - y²)⁴ for |y| < 1, y = (cam phase - centre)/half_width"
     source = "own choice: smooth pulse with three continuous derivatives"
     enters = "table torque"
-    feature = USES_PROCESS
 
     torque: float = parameter(
         "peak torque T_p", "N m", null=0.0, sought=Sought("torque", (0.36, 1.45, -0.36, -1.45), 0.12)
@@ -70,9 +67,8 @@ class ProcessTorque(MachineEffect):
         "half width of the pulse",
         "turns",
         default=0.1,
-        low=0.0,
+        low=LEAST_HALF_WIDTH,
         high=0.5,
-        low_open=True,
         sought=Sought("-", (0.06, 0.12), 0.03, 0.01, 0.3),
     )
 

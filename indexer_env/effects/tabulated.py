@@ -17,7 +17,7 @@ import numpy as np
 from indexer_env.effects.base import MachineEffect, parameter
 from indexer_env.effects.spline import Axis, spline_numbers
 from indexer_env.errors import refuse
-from indexer_env.kernels.layout import COEFFICIENT_NAMES, USES_TABLE
+from indexer_env.kernels.layout import COEFFICIENT_NAMES
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
@@ -56,7 +56,6 @@ class Tabulated(MachineEffect):
     """A cubic spline through values at evenly spaced places, over one variable or two."""
 
     source = "de Boor, A Practical Guide to Splines (1978), chapters IX to XI and XVII"
-    feature = USES_TABLE
     over: ClassVar[tuple[str, ...]] = ()
     """Names of its variables."""
     moves: ClassVar[bool] = False

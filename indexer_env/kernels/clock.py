@@ -55,7 +55,8 @@ def set_clock(w, i, step, n_steps, every):
     """Start lane i on its steps. Its strides are of the most steps that divide a sampling interval and keep the phase
     of its oscillators, on the stiffer flanks, and of the harmonics of its drive within LARGEST_STRIDE."""
     w[OWN_STEP + i], w[LEFT + i], w[TO_SAMPLE + i], w[SEE + i] = step, float(n_steps), 0.0, 1.0
-    frequency = math.sqrt(max(w[K_1 + i] / w[J_CAM + i], w[K_2 + i] / w[J_TABLE + i]))
+    stiffness_1 = w[K_1 + i] / (1.0 - w[MESH_FRICTION + i])
+    frequency = math.sqrt(max(stiffness_1 / w[J_CAM + i], w[K_2 + i] / w[J_TABLE + i]))
     for amplitude, order in ((RIPPLE_AMPLITUDE, RIPPLE_ORDER), (TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER)):
         if w[amplitude + i] != 0.0:
             frequency = max(frequency, abs(w[order + i] * w[MOTOR_RATE + i]))

@@ -35,6 +35,24 @@ def add_harmonic(w, low, high, amplitude, order, phase, row):
 
 
 @lanes
+def lever(w, low, high, features, row):
+    """Derivative of the drive side's angle by the motor's, into a row: the ratio, and what ripples on it."""
+    for i in range(low, high):
+        w[row + i] = w[REDUCTION + i]
+    if features & USES_RIPPLE:
+        add_slope(w, low, high, RIPPLE_AMPLITUDE, RIPPLE_ORDER, RIPPLE_PHASE, row)
+    if features & USES_TRANSMISSION:
+        add_slope(w, low, high, TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER, TRANSMISSION_PHASE, row)
+
+
+@lanes
+def add_slope(w, low, high, amplitude, order, phase, row):
+    for i in range(low, high):
+        _, slope, _ = harmonic(w[MOTOR + i], 1.0, 0.0, w[amplitude + i], w[order + i], w[phase + i])
+        w[row + i] += slope
+
+
+@lanes
 def mesh(w, low, high):
     """The factor of the reducer's mesh on its torque."""
     for i in range(low, high):

@@ -141,10 +141,10 @@ _FIRST_FORCED = int(STRIDES // LANES) + 36
     # the shares (P, Q) of both harmonics on joint 1's present line, the deflection and rate that they force; torque and
     # stiffness of the imbalance on joint 2's, its half kick, and how far its change takes the table in free flight
     RIPPLE_P, RIPPLE_Q, TRANSMISSION_P, TRANSMISSION_Q, FORCED, FORCED_RATE, WEIGHT, WEIGHT_STIFFNESS, KICK, DRIFT,
-    # what a table is over
-    TABULATED_X, TABULATED_Y,
-) = (LANES * row for row in range(_FIRST_FORCED, _FIRST_FORCED + 12))  # fmt: skip
-WORKSPACE = int(TABULATED_Y + LANES)
+    # what a table is over; derivative of the drive side's angle by the motor's, where the motor slips
+    TABULATED_X, TABULATED_Y, DRIVE_LEVER,
+) = (LANES * row for row in range(_FIRST_FORCED, _FIRST_FORCED + 13))  # fmt: skip
+WORKSPACE = int(DRIVE_LEVER + LANES)
 
 DEFLECTIONS = 9
 """Rows of deflections, their rates and accelerations."""

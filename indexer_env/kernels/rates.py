@@ -7,7 +7,7 @@ the whole call); then one loop over the lanes evaluates the machine without a br
 from __future__ import annotations
 
 from .compiling import lanes, outlined
-from .drive import RIPPLES, mesh, ripples
+from .drive import RIPPLES, lever, mesh, ripples
 from .dynamics import (
     cam_acceleration,
     cam_and_housing_acceleration,
@@ -175,15 +175,22 @@ def tabulated_extra(w, low, high):
 
 @lanes
 def motor(w, low, high, features):
-    """Motor on its commanded ramp, or slipping under its share of the input joint's torque."""
+    """Motor on its commanded ramp, or slipping under its share of the input joint's torque, at which the drive side's
+    angle by the motor's is the lever."""
     if features & USES_SLIP:
+        lever(w, low, high, features, DRIVE_LEVER)
         for i in range(low, high):
             command = w[COMMAND + i] + w[MOTOR_ACCELERATION + i] * w[STAGE_TIME + i]
             share = mesh_share(w[REGION_1 + i], w[MESH_FRICTION + i])
-            reaction = w[REDUCTION + i] * w[TORQUE_1 + i] / share
+            reaction = w[DRIVE_LEVER + i] * w[TORQUE_1 + i] / share
             w[MOTOR_ACC + i] = slip_acceleration(
                 command, w[MOTOR_RATE + i], w[SLIP_COMPLIANCE + i], reaction, w[J_MOTOR + i]
             )
     else:
         for i in range(low, high):
             w[MOTOR_ACC + i] = w[MOTOR_ACCELERATION + i]
+    # what ripples was worked out with the command's ramp for the motor's acceleration
+    if features & USES_SLIP and features & RIPPLES:
+        for i in range(low, high):
+            beyond = w[MOTOR_ACC + i] - w[MOTOR_ACCELERATION + i]
+            w[DRIVE_ACC_EXTRA + i] += (w[DRIVE_LEVER + i] - w[REDUCTION + i]) * beyond

@@ -18,6 +18,13 @@ from indexer_env.motion_law.pieces import LawPieces, quintic_hermite
 # most curved rise to 5e-8 of its peak acceleration.
 PIECES_PER_MOTION = 128
 
+_NEAR = 1e-9
+"""Most that height and velocity may be off at the begin and in the middle of the motion."""
+
+_APART = 1e-3
+"""Most that height and velocity may be off the integrals of velocity and acceleration over the motion, of their largest
+value. The laws here are off by 1e-9, one whose formula changes within a piece by some 1e-4."""
+
 
 class RiseLaw(MotionLaw):
     """A rise y(s) with y(1 - s) = 1 - y(s) during the first share f of each cam turn, then dwell.
@@ -62,9 +69,34 @@ class RiseLaw(MotionLaw):
 
 
 @lru_cache(maxsize=1024)
-def _pieces(law: RiseLaw, stations: int, motion_share: float) -> LawPieces:
+def _knots(law: RiseLaw) -> tuple[Values, Values, Values, Values]:
+    """s, y, v and a at the pieces' ends, of a law that is one: refused is what does not begin at rest or is not half
+    done at s = 1/2, where v and a are not the derivatives of y and v, and a junction that is no piece's end."""
+    owner, mirrored = type(law).__name__, "a rise begins at rest, and its second half mirrors the first"
+    for junction in law.junctions:
+        if junction * PIECES_PER_MOTION % 1.0 != 0.0:
+            rule = f"multiples of 1/{PIECES_PER_MOTION}, where the pieces end that the kernel reads"
+            raise refuse(owner, "junctions", rule, junction, "take the nearest, or give the law as a table")
     s = np.arange(PIECES_PER_MOTION + 1) / PIECES_PER_MOTION
-    y, v, a, _ = law.rise(s)
+    ends, middles = law.rise(s), law.rise(s[:-1] + 0.5 / PIECES_PER_MOTION)
+    y, v, a, _ = ends
+    for what, value, wanted in (("y(0)", y[0], 0.0), ("v(0)", v[0], 0.0), ("y(1/2)", y[PIECES_PER_MOTION // 2], 0.5)):
+        if not abs(value - wanted) <= _NEAR:
+            raise refuse(owner, what, f"{wanted:g}", float(value), mirrored)
+    for order, (low, high) in enumerate((("y", "v"), ("v", "a"))):
+        values, rates = ends[order], ends[order + 1]
+        simpson = np.cumsum(rates[:-1] + 4.0 * middles[order + 1] + rates[1:]) / (6.0 * PIECES_PER_MOTION)
+        good = np.abs(values[1:] - simpson) <= _APART * np.abs(values).max()
+        if not good.all():
+            place = int(np.argmin(good))
+            rule = f"the derivative of {low} by s, with the integral {values[place + 1]:.4g} from 0 to {s[place + 1]:g}"
+            raise refuse(owner, high, rule, float(f"{simpson[place]:.4g}"), f"derive {low} again")
+    return s, y, v, a
+
+
+@lru_cache(maxsize=1024)
+def _pieces(law: RiseLaw, stations: int, motion_share: float) -> LawPieces:
+    s, y, v, a = _knots(law)
     advance = 2.0 * math.pi / stations
     per_turn = motion_share ** -np.arange(6.0)  # du = f ds
     coefficients = advance * per_turn * quintic_hermite(1.0 / PIECES_PER_MOTION, y, v, a)

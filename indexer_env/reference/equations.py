@@ -94,16 +94,25 @@ class Equations:
         second = contact(machine.output_joint, backlash, ratio, bilinear=single is not None, cubic=cubic)
         third = contact(machine.base_joint)
         if "base.looseness" in effects:
-            loose = effects["base.looseness"]
-            stiffness = 1.0 / loose.compliance
-            damping = 2.0 * loose.damping_ratio * math.sqrt(
-                stiffness * (machine.follower_inertia + machine.housing_inertia)
-            )  # fmt: skip
-            third = Contact(stiffness, damping, loose.backlash, 1.0, machine.contact_law, loose.backlash > 0.0)
+            third = self._loose_base(effects["base.looseness"])
         cracked = second
         if single is not None:
             cracked = dataclasses.replace(second, ratio=second.ratio * (1.0 - single.stiffness_loss))
         return (first, second, third), (first, cracked, third)
+
+    def _loose_base(self, loose: Any) -> Contact:
+        """Joint 3 with loose screws: alone, or in series with the base that the machine stands on."""
+        machine, base = self.machine, self.machine.base_joint
+        J = machine.follower_inertia + machine.housing_inertia
+        k, r, g, rho = 1.0 / loose.compliance, 2.0 * loose.damping_ratio * math.sqrt(J / loose.compliance), 0.0, 1.0
+        if machine.model == "B_on_base":
+            # a torque deflects both by their own compliance; each loses by its damper what it takes of the rate
+            both = k * base.stiffness / (k + base.stiffness)
+            r = r * (both / k) ** 2 + base.damping * (both / base.stiffness) ** 2
+            softer = k * base.stiffness * base.stiffness_ratio / (k + base.stiffness * base.stiffness_ratio)
+            k, g, rho = both, base.backlash, softer / both
+        g += loose.backlash
+        return Contact(k, r, g, rho, machine.contact_law, g > 0.0 or rho < 1.0)
 
     def contacts(self, turn: int) -> tuple[Contact, ...]:
         """The three joints as they are in a cam turn."""
@@ -158,7 +167,8 @@ class Equations:
             M3 = k3 * (theta - o3) + r3 * theta_rate if on_base else 0.0
 
             phi_acc = -(load(alpha, phi, phi_rate, d2, v2) + M2) / J_t
-            gamma_acc = slip(gamma_rate, M_motor)
+            # what the drive side turns per turn of the motor is the lever of M1 on it
+            gamma_acc = slip(gamma_rate, drive(gamma, 1.0)[1] * M_motor)
             theta_acc = 0.0
             if rigid_drive:
                 # side_acc is at γ̈ = 0; Model A has no joint 1, so nothing slows its motor down
@@ -210,13 +220,12 @@ class Equations:
         return lambda gamma: 1.0 + mesh.depth * math.cos(mesh.order * gamma + mesh.phase)
 
     def _slip(self) -> Callable[[float, float], float]:
-        """γ̈ from γ̇ and M1 at the motor."""
+        """γ̈ from γ̇ and the torque that the input joint takes from the motor's shaft."""
         slip = self.effects.get("drive.slip")
         if slip is None:
-            return lambda gamma_rate, M1: 0.0
+            return lambda gamma_rate, taken: 0.0
         command, J_m = self.operating_point.motor_speed, self.machine.motor_inertia
-        tau = self.machine.reduction
-        return lambda gamma_rate, M1: ((command - gamma_rate) / slip.compliance - tau * M1) / J_m
+        return lambda gamma_rate, taken: ((command - gamma_rate) / slip.compliance - taken) / J_m
 
     def _load(self, stretch: Stretch) -> Load:
         """All that opposes the table beside joint 2 [N m]."""

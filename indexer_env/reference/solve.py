@@ -45,7 +45,8 @@ def simulate_reference(
 ) -> Trajectory:
     """Simulate one machine with DOP853 stopped at every edge: some seconds per table turn, for checking.
 
-    The motion begins with every joint undeflected: α = start_angle, φ = β(α), motor at its commanded speed. Model A has
+    The motion begins at α = start_angle, γ = α/τ, φ = β(α), motor at its commanded speed: no joint is deflected but the
+    input joint by what ripples on the drive there. Model A has
     no joint 1: its cam is the drive side, M1 = 0, and what acts on joint 1 or needs its torque has no effect there.
     A joint that the model does not have is reported in region +1, undeflected and without torque.
 

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from indexer_env.coefficients import law_table
+from indexer_env.law_table import law_table
 from indexer_env.render.canvas import Canvas
 from indexer_env.render.layout import Box
 from indexer_env.render.palette import (

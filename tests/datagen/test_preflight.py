@@ -82,6 +82,10 @@ def test_a_law_that_is_a_mistake_is_one_sentence(draws, said):
         {"machine": {"base_joint": {"stiffness": AROUND}, "model": {"choice": ["B", "B_on_base"]}}},
         {"machine": {"housing_inertia": AROUND}, "faults": {"screws": "loose"}},
         {"machine": {"base_joint": {"stiffness": AROUND}, "model": "B_on_base"}, "faults": {"screws": "loose"}},
+        {
+            "machine": {"base_joint": {"stiffness": AROUND}, "model": "B_on_base"},
+            "effects": {"base.looseness": {"compliance": 1e-6}},
+        },
         {"machine": {"motor_inertia": AROUND}, "effects": {"drive.slip": {"probability": 0.01, "compliance": 0.1}}},
         {"sensor": {"hum_hz": AROUND, "hum_amplitude": {"uniform": [0.1, 0.2]}}},
         {"faults": {"cracked_station": {"choice": [0, 1]}, "roller": {"choice": ["intact", "cracked"]}}},
@@ -195,18 +199,19 @@ def test_what_a_model_has_not_changes_no_bit_and_the_rest_does(model):
 
 
 @pytest.mark.parametrize("screws", [True, False])
-def test_a_loose_base_brings_the_housing_in_and_its_effect_sets_joint_3(screws):
-    """Screws come loose on top of the base joint; an effect of the machine's own stands in its place."""
+def test_a_loose_base_brings_the_housing_in_and_lies_in_series_with_the_base_joint(screws):
+    """Screws that come loose do, and so does an effect of the machine's own; Model B has no base joint."""
 
     def loosened(machine: Machine) -> Machine:
         own = make_effect("base.looseness", compliance=1e-6)
         return Faults(screw_looseness=1.0).applied_to(machine) if screws else machine.with_effects(own)
 
-    machine = with_changes(machine_of("B_on_base"), {"base_joint.stiffness_ratio": 1.0})
-    record = simulate(loosened(machine), OperatingPoint(), RUN).table_acceleration
-    for path in ("housing_inertia", "base_joint.stiffness", "base_joint.backlash"):
-        other = simulate(loosened(shifted(machine, path)), OperatingPoint(), RUN).table_acceleration
-        assert np.array_equal(other, record) == (path != "housing_inertia" and not screws), path
+    for model in ("B", "B_on_base"):
+        machine = machine_of(model)
+        record = simulate(loosened(machine), OperatingPoint(), RUN).table_acceleration
+        for path in ("housing_inertia", "base_joint.stiffness", "base_joint.backlash", "base_joint.stiffness_ratio"):
+            other = simulate(loosened(shifted(machine, path)), OperatingPoint(), RUN).table_acceleration
+            assert np.array_equal(other, record) == (path != "housing_inertia" and model == "B"), path
 
 
 def test_slip_brings_the_motor_in():

@@ -162,7 +162,7 @@ def _values_of(field: dataclasses.Field) -> tuple[Any, Any]:
         return 1, 2
     if field.name == "inverse_square":
         return (2.0 * math.pi * 320.0) ** -2, (2.0 * math.pi * 300.0) ** -2
-    return (0.1, 0.2) if field.name in ("compliance", "corner") else (0.005, 0.01)
+    return (0.1, 0.2) if field.name in ("compliance", "corner", "half_width") else (0.005, 0.01)
 
 
 @pytest.mark.parametrize(

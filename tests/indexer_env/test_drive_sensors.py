@@ -58,8 +58,8 @@ def test_current_and_encoders() -> None:
 def test_noise_has_its_density_and_its_generator() -> None:
     """20 000 samples: the standard deviation is known to 0.5 %."""
     machine = load_machine("reference")
-    channels = {name: np.zeros(20_000) for name in ("torque_1", "region_1", "motor_acceleration")}
     noisy = DriveSensors(("motor_current",), current_noise_density=0.01)
+    channels = {name: np.zeros(20_000) for name in noisy.channels}
     found = noisy.read(machine, channels, 1000.0, np.random.default_rng(1))["motor_current"]
     assert found.std() == pytest.approx(0.01 * math.sqrt(500.0), rel=0.02)
     with pytest.raises(ParameterError, match=r"DriveSensors\.read\.rng must be a numpy"):

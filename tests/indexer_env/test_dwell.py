@@ -10,6 +10,7 @@ from indexer_env.coefficients import coefficients, pack
 from indexer_env.effects import make_effect
 from indexer_env.engine import advance
 from indexer_env.kernels import layout
+from indexer_env.kernels.clock import set_clock
 from indexer_env.kernels.dwell import propagator
 from indexer_env.machine import Machine
 from indexer_env.modes import FINEST_STEP, largest_steps, steps_of
@@ -287,3 +288,15 @@ def test_what_asks_for_a_finer_automatic_step(smooth, visible):
     rattling = with_play(smooth, 0.0136, 1e-3)
     assert step(rattling) == pytest.approx(step(smooth)) and step(smooth, 20.0) == pytest.approx(step(smooth))
     assert step(rattling, 20.0) == pytest.approx(0.5 * step(smooth))
+
+
+def test_a_stride_keeps_its_phase_on_the_flank_that_the_mesh_stiffens():
+    """κ = 1/2 doubles the stiffness where the cam drives the motor: 24 steps of 0.01 rad become 12 of 0.014 rad."""
+    strides = []
+    for friction in (0.0, 0.5):
+        w = np.zeros(layout.WORKSPACE)
+        w[layout.K_1], w[layout.J_CAM] = 1e4, 1.0
+        w[layout.K_2], w[layout.J_TABLE], w[layout.MESH_FRICTION] = 1.0, 1.0, friction
+        getattr(set_clock, "py_func", set_clock)(w, np.uint64(0), 1e-4, 100, 24)
+        strides.append(w[layout.STRIDE])
+    assert strides == [24.0, 12.0]

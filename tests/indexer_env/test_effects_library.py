@@ -186,3 +186,20 @@ def test_a_sensor_effect_goes_into_the_sensor_alone(visible, name):
     extended = visible(name).extend_sensor(sensor)
     assert extended != sensor and sensor == load_sensor("ideal")
     assert not hasattr(visible(name), "extend")
+
+
+def test_a_station_that_is_off_by_more_than_the_pitch_is_refused(smooth):
+    """Two hundred stations stand 31 mrad apart."""
+    machine = dataclasses.replace(smooth, stations=200)
+    coefficients(machine.with_effects(make_effect("cam.station_spacing", error=-0.031)), POINT)
+    for error in (0.05, -0.05):
+        with pytest.raises(ParameterError, match=r"^cam\.station_spacing\.error must be smaller, .* 0\.03142 rad, got"):
+            coefficients(machine.with_effects(make_effect("cam.station_spacing", error=error)), POINT)
+
+
+@pytest.mark.parametrize("angle", [1.1e6, -1e10])
+def test_a_start_that_no_double_resolves_is_refused(angle):
+    with pytest.raises(
+        ParameterError, match=r"^OperatingPoint\.start_angle must be .* >= -1e\+06 and <= 1e\+06 rad, got"
+    ):
+        OperatingPoint(start_angle=angle)

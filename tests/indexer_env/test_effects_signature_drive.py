@@ -14,6 +14,7 @@ from indexer_env.reference import simulate_reference
 from indexer_env.simulate import Run, simulate
 
 POINT = OperatingPoint()
+SIDES = ("input", "output")
 CHANNELS = (
     "cam_angle", "cam_rate", "cam_acceleration", "motor_angle", "motor_rate", "motor_acceleration",
     "table_acceleration", "deflection_1", "deflection_rate_1", "torque_1",
@@ -73,6 +74,52 @@ def test_a_slipping_motor_obeys_its_own_equation(smooth, visible):
     net = (POINT.motor_speed - r["motor_rate"]) / effect.compliance - machine.reduction * r["torque_1"]
     np.testing.assert_allclose(machine.motor_inertia * r["motor_acceleration"], net, atol=1e-10)
     assert np.ptp(r["motor_rate"]) > 0.1
+
+
+RIPPLING = {
+    "drive.transmission_error": {"amplitude": 5e-3, "order": 3.0, "phase": 0.4},
+    "drive.speed_ripple": {"depth": 0.05, "phase": -0.3},
+}
+
+
+@pytest.mark.parametrize("names", [list(RIPPLING)[:1], list(RIPPLING)[1:], list(RIPPLING)])
+def test_a_machine_that_nothing_drives_or_damps_keeps_its_energy(smooth, visible, names):
+    """A motor that a compliance of 1e9 lets go: what ripples on the drive takes from the motor what it gives the cam.
+    Up to 5 % of the energy came from nowhere."""
+    undamped = {f"{side}_joint": dataclasses.replace(getattr(smooth, f"{side}_joint"), damping=0.0) for side in SIDES}
+    free = dataclasses.replace(smooth, motor_inertia=5.0, **undamped).with_effects(
+        visible("drive.slip", compliance=1e9), *(visible(name, **RIPPLING[name]) for name in names)
+    )
+    channels = ("cam_rate", "table_rate", "motor_rate", "deflection_1", "deflection_2", "deflection_rate_2")
+    run = Run(samples=1500, warmup_turns=0, step=0.25e-3, channels=channels)
+    r = simulate(free, OperatingPoint(load_torque=0.0), run).channels
+    follower = r["table_rate"] - r["deflection_rate_2"]
+    inertias = free.cam_inertia, free.follower_inertia, free.table_inertia, free.motor_inertia
+    rates = r["cam_rate"], follower, r["table_rate"], r["motor_rate"]
+    energy = sum(0.5 * inertia * rate**2 for inertia, rate in zip(inertias, rates, strict=True))
+    energy += 0.5 * free.input_joint.stiffness * r["deflection_1"] ** 2
+    energy += 0.5 * free.output_joint.stiffness * r["deflection_2"] ** 2
+    exchanged = np.ptp(0.5 * free.motor_inertia * r["motor_rate"] ** 2)
+    assert np.abs(energy - energy[0]).max() < 2e-6 * exchanged
+
+
+@pytest.mark.parametrize("name", list(RIPPLING))
+def test_a_slipping_motor_that_ripples_is_the_references(smooth, visible, name):
+    machine = smooth.with_effects(visible("drive.slip"), visible(name, **RIPPLING[name]))
+    expected = simulate_reference(machine, POINT, samples=300, channels=("motor_rate",)).channels["motor_rate"]
+    found = simulate(machine, POINT, Run(samples=300, warmup_turns=0, channels=("motor_rate",)))
+    assert np.abs(found.channels["motor_rate"] - expected).max() < 1e-6 * np.ptp(expected)
+
+
+def test_the_motors_torque_is_read_with_what_ripples_on_the_drive(smooth, visible):
+    """The torque on the shaft is what the slip lets through: (ω_s - γ̇)/c."""
+    sensors = DriveSensors(signals=("motor_torque",))
+    slip, waves = visible("drive.slip"), (visible(name, **RIPPLING[name]) for name in RIPPLING)
+    machine = smooth.with_effects(slip, *waves)
+    run = Run(samples=600, warmup_turns=0, channels=(*sensors.channels, "motor_rate"))
+    r = simulate(machine, POINT, run).channels
+    drawn = (POINT.motor_speed - r["motor_rate"]) / slip.compliance
+    np.testing.assert_allclose(sensors.read(machine, r, 1000.0)["motor_torque"], drawn, rtol=1e-4, atol=1e-4)
 
 
 def test_without_slip_the_motor_keeps_its_speed(smooth):

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from indexer_env.coefficients import coefficients
+from indexer_env.effects import make_effect
 from indexer_env.errors import ParameterError
-from indexer_env.faults import LOOSE_HOUSING_HZ, Faults
+from indexer_env.faults import LOOSE_HOUSING_HZ, Faults, most_backlash
 from indexer_env.machine import Joint
 from indexer_env.modes import natural_frequencies
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine
+from indexer_env.reference import simulate_reference
 from indexer_env.simulate import Run, simulate
 
 POINT = OperatingPoint()
@@ -145,7 +147,40 @@ def test_looseness_comes_on_top_of_the_base_a_machine_stands_on(reference):
     assert all(one["edge_3"] == healthy["edge_3"] > 0.0 for one in loose)
 
 
-def test_looseness_of_a_base_that_is_stiffer_one_way_is_refused(reference):
-    on_base = dataclasses.replace(reference, model="B_on_base", base_joint=Joint(2e5, 400.0, 0.0, 0.5))
-    with pytest.raises(ParameterError, match=r"^Faults\.screw_looseness must be 0 for .* below 1, .* got 0\.5\.$"):
-        Faults(screw_looseness=0.2).applied_to(on_base)
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_loose_screws_lie_in_series_with_the_base_a_machine_stands_on(reference, ratio):
+    """Compliances, plays and r/k² add; a looseness of almost nothing is the machine as it is, which it stiffened."""
+    on_base = dataclasses.replace(reference, model="B_on_base", base_joint=Joint(2e5, 400.0, 0.002, ratio))
+    nothing = coefficients(on_base.with_effects(make_effect("base.looseness", compliance=1e-15)), POINT)
+    np.testing.assert_allclose(nothing.row, coefficients(on_base, POINT).row, rtol=1e-6)
+    loose = coefficients(on_base.with_effects(make_effect("base.looseness", compliance=1e-5, backlash=1e-3)), POINT)
+    inertia = on_base.follower_inertia + on_base.housing_inertia
+    assert 1.0 / loose["stiffness_3"] == pytest.approx(1.0 / 2e5 + 1e-5)
+    assert 1.0 / (loose["ratio_3"] * loose["stiffness_3"]) == pytest.approx(1.0 / (ratio * 2e5) + 1e-5)
+    assert loose["edge_3"] == pytest.approx(0.5 * (0.002 + 1e-3))
+    own = 2.0 * 0.05 * math.sqrt(1e5 * inertia) / 1e5**2
+    assert loose["damping_3"] / loose["stiffness_3"] ** 2 == pytest.approx(400.0 / 2e5**2 + own)
+
+
+def test_loose_screws_on_a_base_move_as_the_references(reference):
+    base = Joint(2e6, 400.0, 1e-4, 0.6)
+    on_base = dataclasses.replace(reference, model="B_on_base", base_joint=base)
+    machine = on_base.with_effects(make_effect("base.looseness", compliance=4e-7, damping_ratio=0.1, backlash=1e-4))
+    expected = simulate_reference(machine, POINT, samples=200).table_acceleration
+    found = simulate(machine, POINT, Run(samples=200, warmup_turns=0)).table_acceleration
+    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_more_backlash_than_the_input_joint_can_have_is_refused_by_its_own_name(reference):
+    """At a reduction of 5, 0.2 rad at the cam are 1 rad at the motor."""
+    quick = dataclasses.replace(reference, reduction_ratio=5.0, name="quick")
+    with pytest.raises(
+        ParameterError, match=r"^Faults\.backlash must be <= 1 rad at the motor shaft of quick, .* got 1\.5"
+    ):
+        Faults(backlash=1.5).applied_to(quick)
+    worn = quick.with_effects(make_effect("input.backlash", backlash=0.15))
+    with pytest.raises(ParameterError, match=r"^Faults\.backlash must be <= 0\.25 rad at the motor shaft of quick"):
+        Faults(backlash=0.3).applied_to(worn)
+    for machine in (quick, worn):
+        full = Faults(backlash=most_backlash(machine)).applied_to(machine)
+        assert coefficients(full, POINT)["edge_1"] == pytest.approx(0.5 * (reference.input_joint.backlash + 0.2))

@@ -158,3 +158,16 @@ def test_machines_differ_from_episode_to_episode_by_their_spread():
         for _ in range(300)
     ]
     assert 0.9 <= min(shares) < 0.91 and 1.09 < max(shares) < 1.1
+
+
+def test_a_budget_of_three_turns_pays_three():
+    """Setting 3 costs 0.119 a turn; three times that less twice that is less than it by a last bit."""
+    cost = float(IndexerDiagnosisEnv().costs[3])
+    assert 3.0 * cost - cost - cost < cost
+    env = IndexerDiagnosisEnv(budget=3.0 * cost)
+    env.reset(seed=0)
+    for turn in range(3):
+        observation, reward, terminated, _, info = env.step(3)
+        assert (reward, terminated) == (-cost, False) and "record" in info
+        assert info["action_mask"][3] == (turn < 2)
+    assert observation[-1] == 0.0

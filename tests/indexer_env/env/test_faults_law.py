@@ -200,16 +200,6 @@ def test_a_law_that_only_one_of_many_machines_refuses():
         IndexerVectorEnv(2, machine=machines, faults=law)
 
 
-def test_wear_is_tried_where_it_ends(reference):
-    """A reducer of 5 to 1 turns the largest play at the motor into more than the model's 0.2 rad at the cam."""
-    machine = dataclasses.replace(reference, reduction_ratio=5.0)
-    with pytest.raises(
-        ParameterError,
-        match=r"backlash_per_joule can be 0\.0572958 deg/J, but input\.backlash\.backlash must be .* <= 0\.2 rad",
-    ):
-        IndexerEnv(machine=machine, faults={"backlash_per_joule": 0.001})
-
-
 def test_the_ends_of_a_law_are_tried_once_each_and_no_fault_not_at_all():
     law = fault_law({"backlash": {"uniform": [0.0, 0.2]}, "loose_at": 2.0, "screw_looseness": {"choice": [0.0, 0.5]}})
     tried = [(name, value) for name, value, _ in law.extremes()]
@@ -218,3 +208,12 @@ def test_the_ends_of_a_law_are_tried_once_each_and_no_fault_not_at_all():
     mixed = fault_law({"screw_looseness": {"choice": [0.0, {"uniform": [0.1, 1.0]}]}})
     assert [value for name, value, _ in mixed.extremes() if name == "screw_looseness"] == [0.1, 1.0]
     IndexerEnv(faults=mixed)
+
+
+def test_wear_ends_where_the_input_joint_has_no_more_room(reference):
+    """At a reduction of 5 that is 1 rad at the motor; the machine was refused for it."""
+    quick, point = dataclasses.replace(reference, reduction_ratio=5.0), OperatingPoint(motor_speed=30.0)
+    env = IndexerEnv(machine=quick, operating_point=point, faults={"backlash_per_joule": 10.0}, reveal=True)
+    env.reset(seed=0)
+    worn = [env.step(ONE)[4]["truth"]["backlash"] for _ in range(60)]
+    assert worn[0] == 0.0 and max(worn) == pytest.approx(1.0)

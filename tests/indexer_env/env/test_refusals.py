@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
-from indexer_env import ParameterError, load_machine, load_sensor, make_effect
+from indexer_env import OperatingPoint, ParameterError, Run, load_machine, load_sensor, make_effect, simulate
+from indexer_env.diagnosis_env import IndexerDiagnosisEnv
+from indexer_env.diagnosis_vector_env import IndexerDiagnosisVectorEnv
 from indexer_env.env import IndexerEnv
 from indexer_env.vector_env import IndexerVectorEnv
 from indexer_env.wrappers import DomainRandomisation, TurnWindow
@@ -265,3 +267,54 @@ def test_a_step_that_is_broken_off_asks_for_a_reset(make, monkeypatch):
     first = env.reset(seed=0)[0]
     np.testing.assert_array_equal(first, make().reset(seed=0)[0])
     env.step(action)
+
+
+def test_a_motor_that_cannot_turn_its_load_by_the_mesh_that_rubs_is_refused():
+    """It keeps 33 % of its speed without a loss in the mesh, and stood still with one of 45 %, unrefused."""
+    slip, point = make_effect("drive.slip", {"compliance": 18.0}), OperatingPoint(load_torque=380.0)
+    machine = load_machine("reference").with_effects(slip)
+    IndexerEnv(machine=machine, operating_point=point)
+    rubbing = machine.with_effects(make_effect("drive.mesh_friction", {"loss": 0.45}))
+    with pytest.raises(ParameterError, match="must be one that keeps 20% of the commanded speed"):
+        IndexerEnv(machine=rubbing, operating_point=point)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        IndexerEnv, IndexerDiagnosisEnv, lambda: IndexerVectorEnv(2), lambda: IndexerDiagnosisVectorEnv(2),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("refused", [{"options": {"machin": 1}}, {"options": 3}, {"seed": "one"}])
+def test_a_reset_that_is_refused_asks_for_another_in_every_environment(make, refused):
+    env = make()
+    env.reset(seed=1)
+    with pytest.raises((ParameterError, gymnasium.error.Error)):
+        env.reset(**refused)
+    with pytest.raises(ResetNeeded):
+        env.step(np.zeros(env.action_space.shape, dtype=env.action_space.dtype))
+    env.reset(seed=1)
+    env.step(np.zeros(env.action_space.shape, dtype=env.action_space.dtype))
+
+
+@pytest.mark.parametrize("make", [IndexerVectorEnv, IndexerDiagnosisVectorEnv])
+def test_machines_that_a_refused_reset_did_not_ask_for_go_on(make):
+    env = make(2, autoreset_mode="Disabled")
+    env.reset(seed=1)
+    with pytest.raises(ParameterError):
+        env.reset(options={"reset_mask": np.array([True, False]), "machin": 1})
+    env.reset(options={"reset_mask": np.array([True, False])})
+    env.step(np.zeros(env.action_space.shape, dtype=env.action_space.dtype))
+
+
+def test_a_step_that_does_not_resolve_a_decay_says_so(reference):
+    """Dry friction of a smoothing of 1e-4 rad/s is what limits it; the fastest mode was named."""
+    sticky = reference.with_effects(make_effect("friction.coulomb", {"torque": 10.0, "smoothing": 1e-4}))
+    said = (
+        r"must be <= 5e-05 s to resolve the fastest decay of reference \(step over its time constant <= 1\), "
+        r"got 0\.00025 s; set step to 4\.5e-05\."
+    )
+    with pytest.raises(ParameterError, match=rf"IndexerEnv\.step {said}"):
+        IndexerEnv(machine=sticky)
+    with pytest.raises(ParameterError, match=rf"Run\.step {said}"):
+        simulate(sticky, run=Run(samples=10, warmup_turns=0))

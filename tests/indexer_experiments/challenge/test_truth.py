@@ -47,6 +47,18 @@ def test_truth_is_what_the_reference_solver_gives(name: str | None) -> None:
     assert np.abs(found - expected).max() < 1e-6 * expected.std()
 
 
+@pytest.mark.parametrize("name", ["drive.speed_ripple", "drive.transmission_error"])
+def test_a_slipping_motor_feels_what_ripples_as_the_reference_solver_has_it(name: str) -> None:
+    """Five times the unit size of both: the motor's speed, where the ripple is a lever on the input joint's torque."""
+    size = next(iter(HIDDEN[name]))
+    ripple = make_effect(name, {size: 5.0 * HIDDEN[name][size], **SHAPES[name]})
+    machine = load_machine("reference").with_effects(make_effect("drive.slip", compliance=2.0), ripple)
+    expected = simulate_reference(machine, POINT, samples=350, channels=("motor_rate",)).channels["motor_rate"]
+    numbers = plant(machine, POINT)
+    found = solved(numbers, started(numbers, POINT.start_angle, 0.0), 0, 350, 1e-3, STEPS_PER_MS)[8]
+    assert np.abs(found - expected).max() < 1e-6 * expected.std()
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_every_law_is_that_of_the_reference_solver(law: str) -> None:
     """A whole motion of 4 stations, with play: 1e-6 of the record's spread."""
