@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,10 +15,14 @@ import pyarrow as pa
 from classifier.codes import CodeBook
 from classifier.conditions import Conditions
 from datagen.campaign import SUBSETS
+from datagen.campaigns import CAMPAIGNS
 from datagen.shard import read_shards
 from datagen.store import MANIFEST
 from indexer_cli.places import Place, open_place
 from indexer_env.errors import SignalError
+
+_NOT_OF_AN_ITEM = ("count", "shard_items", "device")
+"""Keys of conf/generate.yaml that say how many items there are and where they are made."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +34,8 @@ class Dataset:
     subsets      (n,) one of SUBSETS each; the data set has assigned them per machine draw
     codes        the classes with their names and codes
     sample_rate  [Hz]
-    provenance   where the records come from: folder, SHA-256 of its manifest, number of records, campaign,
-                 seed
+    provenance   where the records come from: folder, SHA-256 of its manifest and of what makes its rows, number of
+                 records, campaign, seed
     conditions   under what the records were taken
     table        (n rows) all further columns of `datagen.schema`; without a column where the records are no data set
                  of `datagen`
@@ -111,6 +117,21 @@ def manifest_sha256(place: Place) -> str:
     return hashlib.sha256(place.read(MANIFEST) or b"").hexdigest()
 
 
+def rows_sha256(manifest: Mapping[str, Any]) -> str | None:
+    """SHA-256 of what makes item i of a simulated data set, whatever its length and shards: data sets with the same one
+    have the same items as far as both go. None where the manifest does not tell."""
+    config, family = manifest.get("config", {}), CAMPAIGNS.get(manifest["campaign"])
+    settings = config.get("campaign")
+    if family is None or not isinstance(settings, Mapping):
+        return None
+    if settings.get("posterior") and not settings.get("posterior_sha256"):
+        return None  # the file may be another one now
+    campaign = {key: value for key, value in settings.items() if key not in family.lengths}
+    kept = {key: value for key, value in config.items() if key not in _NOT_OF_AN_ITEM} | {"campaign": campaign}
+    told = {"campaign": manifest["campaign"], "seed": manifest["seed"], "config": kept}
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+
+
 def load_dataset(path: str | Path | Place) -> Dataset:
     """Data set from a folder or URL written by `datagen`.
 
@@ -137,6 +158,7 @@ def load_dataset(path: str | Path | Place) -> Dataset:
         provenance={
             "folder": str(path),
             "manifest_sha256": manifest_sha256(folder),
+            "rows_sha256": rows_sha256(data.manifest),
             "records": len(data),
             **{key: data.manifest[key] for key in ("campaign", "seed", "count")},
         },

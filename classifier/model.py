@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -83,11 +84,14 @@ class Model:
         """Kinds of the parts that tell a record unlike all that was taught; (): it gives every record a name."""
         return tuple(part.kind for part in self.parts if part.kind in GUARDS)
 
-    def has_learnt_from(self, manifest: str) -> bool:
-        """Whether a data set with a manifest of this SHA-256 is the one of its training, or one of a fine-tuning."""
+    def items_learnt(self, manifest: str, rows: str | None = None) -> float:
+        """How many items, from the first on, of the data set with a manifest of this SHA-256 and rows of this one
+        (`classifier.dataset.rows_sha256`) its training or a fine-tuning had; infinite for the whole of it."""
         told = self.provenance
-        sets = (told.get("data"), told.get("fine_tuned_on"), *told.get("fine_tuned_before", ()))
-        return any((one or {}).get("manifest_sha256") == manifest for one in sets)
+        sets = [one for one in (told.get("data"), told.get("fine_tuned_on"), *told.get("fine_tuned_before", ())) if one]
+        if any(one.get("manifest_sha256") == manifest for one in sets):
+            return math.inf
+        return max((one["count"] for one in sets if rows and one.get("rows_sha256") == rows), default=0)
 
     def shortcomings(self) -> list[str]:
         """What the model cannot say, a line each; the last one where nothing tells a strange record."""

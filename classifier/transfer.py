@@ -103,13 +103,16 @@ class Learner:
         """Score of outputs (k, bits) for the validation records, which may be named by any class of the model."""
         return score(self.model.codes, outputs, self.dataset.classes[self.dataset.rows("validation")])
 
+    def as_it_is(self) -> list[Row]:
+        """Rows for 0 records; no chance is in them, so they are of one seed, 0."""
+        return self._rows(AS_IT_IS, 0, 0, self.judged(self.model.parameters, self.model.scaling.apply(self.values)))
+
     def curve(self, counts: Sequence[int], seed: int, restarts: int) -> list[Row]:
-        """Rows for 0 records and for each count: the same few records teach the old network and new ones.
+        """Rows for each count: the same few records teach the old network and new ones.
 
         The records are all there is: they scale the features, teach and say when to stop.
         """
-        old = self.model.scaling.apply(self.values)
-        rows = self._rows(AS_IT_IS, 0, seed, self.judged(self.model.parameters, old))
+        rows: list[Row] = []
         rng = np.random.default_rng(seed)
         order = in_turns(self.dataset, rng.permutation(np.flatnonzero(self.dataset.rows("calibration"))))
         anew = self.model.network.initial(restarts, torch.Generator().manual_seed(seed))
@@ -224,7 +227,8 @@ def run(config: dict[str, Any]) -> None:
     if not used:
         raise refuse("transfer", "counts", f"numbers of records up to the {held} for calibration", counts, "give fewer")
 
-    rows = [row for seed in range(config["seeds"]) for row in learner.curve(used, seed, config["restarts"])]
+    curves = [row for seed in range(config["seeds"]) for row in learner.curve(used, seed, config["restarts"])]
+    rows = [*learner.as_it_is(), *curves]
     table = markdown(rows, ((WRONG, 2), (F1, 3)))
     console = plain_console()
     console.print(table)

@@ -6,6 +6,7 @@ In reading order, along the data flow:
     changes        fields of frozen objects by dotted path: read and replaced
     draws          a law for each varied quantity, a probability for each drawn effect
     labels         classes by the faults of the bench; subsets by machine draw
+    base           what every item starts from, and its quantities by path
     campaign       item i -> label and what differs from the base machine; `build` makes the machine
     campaigns/     the families, one file each: table2 (the paper's six classes), bench (its 20 cases), random,
                    wear (run to failure), own (one's own machine), grid; cells (combinations of values)

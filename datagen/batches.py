@@ -123,7 +123,8 @@ class RecordStream(IterableDataset[Batch]):
 
         with contextlib.closing(_ahead(fill, zip(windows, buffers, strict=False), ahead)) as filled:
             for place, buffer, table in filled:
-                yield from self._batches(table, buffer, np.random.default_rng((self._seed, epoch, place)))
+                # The stream of (seed, epoch, 0) is that of (seed, epoch), which the shards' order is drawn from.
+                yield from self._batches(table, buffer, np.random.default_rng((self._seed, epoch, place + 1)))
 
     def _fill(self, buffer: np.ndarray, shards: np.ndarray, begin: int) -> pa.Table:
         """Read the window that begins at this place of the epoch: the records into the buffer, the other columns as a

@@ -18,14 +18,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.changes import value_at, with_changes
+from datagen.base import Base, base_value, fault_values
+from datagen.changes import with_changes
 from datagen.draws import Draws
 from datagen.labels import FAULT_CLASSES, SUBSETS, fault_class, subset_schedule
-from datagen.quantities import FIELDS, SECTIONS
+from datagen.quantities import SECTIONS
 from datagen.seeds import Chance
 from indexer_env.effects import MachineEffect, SensorEffect, make_effect
 from indexer_env.errors import ParameterError, refuse
-from indexer_env.faults import Faults
+from indexer_env.faults import Faults, severities
 from indexer_env.machine import Machine
 from indexer_env.motion_law import motion_law
 from indexer_env.operating_point import OperatingPoint
@@ -94,24 +95,15 @@ class Item:
 
 
 @dataclass(frozen=True)
-class Base:
-    """What every item of a data set starts from."""
-
-    machine: Machine
-    operating_point: OperatingPoint
-    faults: Faults = Faults()
-    sensor: Sensor = Sensor()
-
-
-@dataclass(frozen=True)
 class Case:
-    """An item ready to be simulated and read; `machine` already carries the faults, `faults` says how severe they
-    are."""
+    """An item ready to be simulated and read; `machine` already carries the faults. `severities` says by fault how
+    severe it is in all, with the machine's own effects that are such faults."""
 
     item: Item
     machine: Machine
     operating_point: OperatingPoint
     faults: Faults
+    severities: Mapping[str, Any]
     sensor: Sensor
 
 
@@ -142,6 +134,8 @@ class Campaign(ABC):
     """
 
     name: ClassVar[str]
+    lengths: ClassVar[tuple[str, ...]] = ()
+    """Settings that say how many items there are, and change none of them."""
     example_index: ClassVar[int] = 0
     """The item whose label the example file has."""
 
@@ -171,6 +165,14 @@ class Campaign(ABC):
     def decides(self) -> tuple[str, ...]:
         """Quantities, by path, that every item gets from its family: the base's are not used."""
         return ()
+
+    @property
+    def refines(self) -> tuple[str, ...]:
+        """Those of them that a preset states, too, because the family draws what it leaves open about it."""
+        return ()
+
+    def check_base(self, base: Base) -> None:  # noqa: B027  most families can label any base
+        """Raise ParameterError for a base whose items would not be what their labels say."""
 
     @property
     def different(self) -> int:
@@ -232,7 +234,7 @@ class Campaign(ABC):
         values = dict(design.values)
 
         def nominal(path: str) -> float:
-            return _number(values[path] if path in values else _base_value(base, path), path)
+            return _number(values[path] if path in values else base_value(base, path), path)
 
         point = chance.point(machine_draw, self.machine_laws.dimensions)
         drawn = self.machine_laws.drawn(rng, nominal, point)
@@ -271,16 +273,7 @@ def build(item: Item, base: Base) -> Case:
             machine = machine.with_effects(effect)
     faults = with_changes(base.faults, item.faults)
     point = with_changes(base.operating_point, item.operating_point)
-    return Case(item, faults.applied_to(machine), point, faults, sensor)
-
-
-def _base_value(base: Base, path: str) -> Any:
-    section, _, rest = path.partition(".")
-    if section != "effects":
-        return value_at(getattr(base, section), rest)
-    name, _, parameter = rest.rpartition(".")
-    own = next((effect for effect in base.machine.effects if effect.name == name), None)
-    return None if own is None else getattr(own, parameter)
+    return Case(item, faults.applied_to(machine), point, faults, severities(machine, faults), sensor)
 
 
 def _number(value: Any, path: str) -> float:
@@ -290,11 +283,3 @@ def _number(value: Any, path: str) -> float:
         rule = "a law other than {around: share}, as there is no number to be around"
         raise refuse("campaign", path, rule, value, "write {around: [nominal, share]} or another law")
     return float(value)
-
-
-def fault_values(base: Base) -> dict[str, Any]:
-    """The quantities of the base that count as faults, by path."""
-    values = {f"faults.{name}": getattr(base.faults, name) for name in FIELDS["faults"]}
-    for effect in (one for one in base.machine.effects if not one.is_null):
-        values |= {f"effects.{effect.name}.{name}": value for name, value in vars(effect).items()}
-    return values

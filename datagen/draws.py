@@ -68,8 +68,9 @@ class Draws:
     def drawn(
         self, rng: np.random.Generator, nominal: Callable[[str], float], point: Sequence[float] = ()
     ) -> dict[str, Any]:
-        """Value by path. Every law and every effect takes its draw whatever else is drawn, so that no quantity
-        shifts another.
+        """Value by path. Laws take one number each of `rng` in turn, then effects, whether they are there or not. So
+        other numbers or another kind of a law shift no other quantity, but for a sobol law and a fixed value, which
+        take none; a law more or less shifts those after it.
 
         `nominal(path)` is asked where a law is relative to it; `point` is the point of the Sobol' sequence.
         """

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from indexer_env.checks import check_choice, check_integer
@@ -23,13 +24,18 @@ BITS: tuple[tuple[str, tuple[str, ...]], ...] = (
 are greater than 0. The paper's third bit grows with the backlash; here it says that there is some, and the column
 `fault_backlash` how much."""
 
-_SOUND = "intact"
+NO_FAULTS = {paths[0]: 0.0 for _, paths in BITS}
+"""Of an item whose class its campaign decides; a fault of `faults` on top would belong to none."""
 
-FAULT_CLASSES = tuple(
-    ", ".join(words for (words, _), bit in zip(BITS, f"{number:03b}", strict=True) if bit == "1") or _SOUND
-    for number in range(2 ** len(BITS))
-)
-"""Names of the classes by faults, class 1 first; class - 1 in binary is the code."""
+
+def combinations(faults: Sequence[str], none: str) -> tuple[str, ...]:
+    """Name of each combination of faults, class 1 first; class - 1 in binary, a bit for each fault, is the code."""
+    bits = itertools.product((False, True), repeat=len(faults))
+    return tuple(", ".join(itertools.compress(faults, chosen)) or none for chosen in bits)
+
+
+FAULT_CLASSES = combinations([words for words, _ in BITS], "intact")
+"""Names of the classes by faults."""
 
 
 def fault_class(values: Mapping[str, Any]) -> tuple[int, str, str]:

@@ -144,16 +144,20 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} cannot be part of an order, got {value!r}")
 
 
-def order_from(config: Mapping[str, Any]) -> Order:
-    """The order of a composed `conf/generate.yaml`; raises ParameterError for whatever breaks a rule."""
-    plain = laws_moved(config)
-    base = Base(
+def base_from(plain: Mapping[str, Any]) -> Base:
+    """The base of a composed `conf/generate.yaml` whose laws have moved."""
+    return Base(
         machine_from_mapping(plain["machine"]),
         from_mapping(OperatingPoint, plain["operating_point"]),
         faults_from_mapping(plain["faults"]),
         from_mapping(Sensor, plain["sensor"]),
     )
-    campaign = make_campaign(plain["campaign"])
+
+
+def order_from(config: Mapping[str, Any]) -> Order:
+    """The order of a composed `conf/generate.yaml`; raises ParameterError for whatever breaks a rule."""
+    plain = laws_moved(config)
+    base, campaign = base_from(plain), make_campaign(plain["campaign"])
     return Order(
         campaign=campaign,
         base=base,

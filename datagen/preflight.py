@@ -29,10 +29,11 @@ def check_draws(campaign: Campaign, base: Base, seed: int, count: int) -> None:
     Raises
     ------
     ParameterError
-        A station of a crack that no item has, a drawn effect that cannot be built, a drawn quantity that no item uses
-        or that a law around 0 never changes, a drawn radius that would change the records' unit, or repeats that would
-        all be the same.
+        A base that the campaign cannot label, a station of a crack that no item has, a drawn effect that cannot be
+        built, a drawn quantity that no item uses or that a law around 0 never changes, a drawn radius that would change
+        the records' unit, or repeats that would all be the same.
     """
+    campaign.check_base(base)
     laws = {**campaign.machine_laws.laws, **campaign.item_laws.laws}
     spread = [int(campaign.size * (number * _GOLDEN % 1.0)) for number in range(LOOKED_AT)]
     items = [campaign.item(index, base, seed) for index in (*range(LOOKED_AT), *spread)]

@@ -18,7 +18,6 @@ from indexer_env.device import CPU, cuda_of
 from indexer_env.drive_sensors import DriveSensors
 from indexer_env.effects import MachineEffect, make_effect
 from indexer_env.effects.joint import InputBacklash, OutputBacklash
-from indexer_env.faults import Faults
 from indexer_env.machine import Joint, Machine
 from indexer_env.motion_law import MOTION_LAWS, MotionLaw
 from indexer_env.operating_point import OperatingPoint
@@ -70,7 +69,7 @@ def case_columns(case: Case) -> dict[str, Any]:
         **label_columns(case.item.label),
         "item": case.item.index,
         **machine_columns(case.machine),
-        **_fields(case.faults, "fault_"),
+        **{f"fault_{name}": severity for name, severity in case.severities.items()},
         **_fields(case.operating_point),
         **sensor_columns(case.sensor),
     }
@@ -165,9 +164,11 @@ def remade(row: Mapping[str, Any]) -> Remade:
     return Remade(machine_of(row), operating_point, run, sensor, drive, row["seed"], row["item"], device)
 
 
-def faults_of(row: Mapping[str, Any]) -> Faults:
-    """The faults of a row; its machine already has them, among its effects."""
-    return _object(Faults, row, "fault_")
+def effects_of_faults(row: Mapping[str, Any]) -> set[str]:
+    """Names of the effects that a row's machine must have for the severities in its columns."""
+    crack = "roller.crack" if row["fault_cracked_station"] is None else "roller.crack_single"
+    effects = {"roller_crack": crack, "screw_looseness": "base.looseness", "backlash": "input.backlash"}
+    return {effect for name, effect in effects.items() if row[f"fault_{name}"] > 0.0}
 
 
 def _fields(target: Any, prefix: str = "", leave_out: tuple[str, ...] = ()) -> dict[str, Any]:

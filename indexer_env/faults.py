@@ -91,9 +91,7 @@ class Faults:
             present.append(SingleRollerCrack(stiffness_loss=stiffness_loss, station=self.cracked_station))
         if self.screw_looseness > 0.0:
             loose = _on(machine, BaseLooseness(compliance=0.0))
-            inertia = machine.follower_inertia + machine.housing_inertia
-            stiffness = inertia * (2.0 * math.pi * LOOSE_HOUSING_HZ) ** 2
-            compliance = loose.compliance + self.screw_looseness / stiffness
+            compliance = loose.compliance + self.screw_looseness / _loose_stiffness(machine)
             present.append(dataclasses.replace(loose, compliance=compliance))
         if self.backlash > 0.0:
             most = most_backlash(machine)
@@ -113,6 +111,28 @@ def most_backlash(machine: Machine) -> float:
     """Backlash [rad at the motor shaft] that a fault or wear can add to a machine's; its joint's own does not count."""
     left = MOST_INPUT_BACKLASH - _on(machine, InputBacklash(backlash=0.0)).backlash
     return min(MOST_BACKLASH, left / machine.reduction)
+
+
+def severities(machine: Machine, faults: Faults) -> dict[str, Any]:
+    """How severe each fault of `Faults` is, by field, on a machine that has effects of its own before these faults.
+
+    Its effects that are such faults count, too: plays and compliances add, of cracks the stiffnesses left multiply, at
+    the station where all of them are. So a severity may be more than `Faults` takes.
+    """
+    found = dict(vars(faults))
+    cracks, single = _on(machine, RollerCrack(stiffness_loss=0.0)), _on(machine, SingleRollerCrack(stiffness_loss=0.0))
+    if cracks.stiffness_loss > 0.0 or single.stiffness_loss > 0.0:
+        own = _both_cracks(cracks.stiffness_loss, single.stiffness_loss)
+        everywhere = cracks.stiffness_loss > 0.0 or (faults.roller_crack > 0.0 and faults.cracked_station is None)
+        found["roller_crack"] = _both_cracks(own, faults.roller_crack)
+        found["cracked_station"] = None if everywhere else single.station
+    loose = _on(machine, BaseLooseness(compliance=0.0))
+    if loose.compliance > 0.0:
+        found["screw_looseness"] += loose.compliance * _loose_stiffness(machine)
+    play = _on(machine, InputBacklash(backlash=0.0))
+    if play.backlash > 0.0:
+        found["backlash"] += play.backlash / machine.reduction
+    return found
 
 
 def faults_from_mapping(mapping: Mapping[str, Any]) -> Faults:
@@ -173,6 +193,12 @@ _E = TypeVar("_E", bound=MachineEffect)
 def _on(machine: Machine, null: _E) -> _E:
     """The machine's own effect of this kind, or the null one."""
     return next((effect for effect in machine.effects if isinstance(effect, type(null))), null)
+
+
+def _loose_stiffness(machine: Machine) -> float:
+    """Stiffness of a base on fully loosened screws [N m/rad]."""
+    inertia = machine.follower_inertia + machine.housing_inertia
+    return inertia * (2.0 * math.pi * LOOSE_HOUSING_HZ) ** 2
 
 
 def _both_cracks(first: float, second: float) -> float:

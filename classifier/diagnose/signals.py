@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from classifier.dataset import manifest_sha256
+from classifier.conditions import TOLERANCE
+from classifier.dataset import manifest_sha256, rows_sha256
 from classifier.diagnose.incremental import TurnReport, diagnose
 from classifier.model import Model
 from datagen.schema import RECORD
-from datagen.shard import iterate_shards, records_of
+from datagen.shard import iterate_shards, read_manifest, records_of
 from datagen.store import MANIFEST
 from indexer_cli.places import open_place
 from indexer_env.errors import SignalError, refuse
@@ -85,20 +86,45 @@ def _file(path: Path, asked: Asked, model: Model) -> Case:
     return Case(str(path), None, asked.known, reports)
 
 
+def _known(key: str, stated: Any, given: Any, name: str) -> Any:
+    """What the row states, else what was given with `known.`, which may not contradict it."""
+    if not stated or given is None:
+        return stated or given
+    alike = stated == given if key == "machine" else abs(stated - given) <= TOLERANCE[key] * abs(stated)
+    if not alike:
+        rule = f"{stated if key == 'machine' else format(stated, '.6g')} as {name} states it"
+        raise refuse("known", key, rule, given, "leave it out, or give the files themselves")
+    return stated
+
+
+def _refuse_idle(asked: Asked, folder: Path) -> None:
+    """How to read files says nothing of records that were read already."""
+    read_already = replace(asked.pulse, tolerance=Pulse.tolerance)  # the one that bounds their duration
+    for section, got, usual in (("read", asked.read, Reading()), ("pulse", read_already, Pulse())):
+        for key, value in vars(got).items():
+            if value != getattr(usual, key):
+                rule = f"left out for the data set {folder}, whose records are read and cut already"
+                raise refuse(section, key, rule, value, "give its files themselves, or ingest them again")
+
+
 def _rows(folder: Path, asked: Asked, model: Model) -> Iterator[Case]:
-    learnt = model.has_learnt_from(manifest_sha256(open_place(folder)))
+    _refuse_idle(asked, folder)
+    place = open_place(folder)
+    learnt = model.items_learnt(manifest_sha256(place), rows_sha256(read_manifest(place)))
     for table in iterate_shards(folder):
         records = records_of(table, str(folder))
         for row, record in zip(table.drop_columns([RECORD]).to_pylist(), records, strict=True):
-            yield replace(_row(folder, row, record, asked, model), subset=row["subset"] if learnt else None)
+            yield replace(
+                _row(folder, row, record, asked, model), subset=row["subset"] if row["item"] < learnt else None
+            )
 
 
 def _row(folder: Path, row: dict[str, Any], record: np.ndarray, asked: Asked, model: Model) -> Case:
     name = f"{folder}, item {row['item']}"
     stated = RecordConditions(
-        motor_speed=row["motor_speed"] or asked.known.motor_speed,
-        sensor_radius=row["sensor_radius"] or asked.known.sensor_radius,
-        machine=row["machine_name"] or asked.known.machine,
+        motor_speed=_known("motor_speed", row["motor_speed"], asked.known.motor_speed, name),
+        sensor_radius=_known("sensor_radius", row["sensor_radius"], asked.known.sensor_radius, name),
+        machine=_known("machine", row["machine_name"], asked.known.machine, name),
     )
 
     def reports() -> list[TurnReport]:
@@ -111,6 +137,9 @@ def _row(folder: Path, row: dict[str, Any], record: np.ndarray, asked: Asked, mo
         signals = [
             Signal(channel, row["sample_rate"], row["quantity"], row["unit"], name) for channel in np.atleast_2d(record)
         ]
-        return diagnose(model, signals, stated)
+        told = diagnose(model, signals, stated)
+        # A measured record went through a filter, which hides flat tops that its file had.
+        flaw = model.conditions.flaw(row["clipped_share"], row["constant_share"])
+        return [replace(one, problem=flaw, diagnosis=None, record=None) for one in told] if flaw else told
 
     return Case(name, row["class_name"], stated, reports)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 
 from classifier.dataset import Dataset
@@ -43,6 +45,17 @@ def machines(dataset: Dataset, rows: np.ndarray) -> np.ndarray:
     if "machine_draw" not in dataset.table.column_names:
         return np.flatnonzero(rows)
     return dataset.table.column("machine_draw").to_numpy()[rows]
+
+
+def draws_are_machines(dataset: Dataset) -> bool:
+    """Whether records of two machine draws are of two machines: of measured ones only where each row states the group
+    `machine` and no machine is in two draws, as files of one machine may be."""
+    if not dataset.measured:
+        return True
+    groups = [json.loads(text or "{}") for text in dataset.table.column("groups").to_pylist()]
+    draws = dataset.table.column("machine_draw").to_pylist()
+    pairs = {(group.get("machine"), draw) for group, draw in zip(groups, draws, strict=True)}
+    return all(machine for machine, _ in pairs) and len({machine for machine, _ in pairs}) == len(pairs)
 
 
 def _stated(dataset: Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:

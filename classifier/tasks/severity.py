@@ -11,7 +11,14 @@ import numpy as np
 
 from classifier.dataset import Dataset
 from classifier.tasks.conformal import conformal_quantile, least_records
-from classifier.tasks.need import NotAvailable, count_independent, independent, machines, need
+from classifier.tasks.need import (
+    NotAvailable,
+    count_independent,
+    draws_are_machines,
+    independent,
+    machines,
+    need,
+)
 from classifier.tasks.regression import FOLDS, KernelRidge, cross_fitted, fit_at
 from classifier.tasks.spectrum import Compression, Standard
 from indexer_env.checks import check_number
@@ -78,8 +85,8 @@ class Severity:
 
     The share is promised for records of machines drawn as those of the training were, averaged over them: the interval
     of a healthy machine may hold more often, that of a rare severity less often. With fewer than nine machines in the
-    control subset (for 90 %) it is promised for new records of those machines; new ones may have less, see
-    `unpromised`. Raises ParameterError.
+    control subset (for 90 %), or measured files that were not kept apart by their machine, it is promised for new
+    records or files of those machines; new ones may have less, see `unpromised`. Raises ParameterError.
     """
 
     kind: ClassVar[str] = "severity"
@@ -149,10 +156,14 @@ class Severity:
     def unpromised(cls, dataset: Dataset, coverage: float = COVERAGE) -> str:
         """Why the share is not promised for records of new machines; "" where it is."""
         found, least = len(np.unique(machines(dataset, dataset.rows("control")))), least_records(coverage)
-        if found >= least:
-            return ""
-        share = f"the intervals hold for {100 * coverage:g} % of new records of these, new ones may have less"
-        return f"{found} machines or files in the control subset, {least} needed; {share}"
+        share = f"the intervals hold for {100 * coverage:g} % of new"
+        if found < least:
+            few = f"{found} machines or files in the control subset, {least} needed"
+            return f"{few}; {share} records of these, new ones may have less"
+        if not draws_are_machines(dataset):
+            files = "files of the control subset may be of machines that taught (split.by=machine keeps them apart)"
+            return f"{files}; {share} files of these machines, new machines may have less"
+        return ""
 
     def estimate(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values ŷ and units u of their intervals, both (n, names), for scaled features (n, count)."""

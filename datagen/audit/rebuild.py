@@ -9,7 +9,7 @@ import pyarrow as pa
 
 from datagen.audit.words import Faults
 from datagen.order import QUANTITY
-from datagen.rows import faults_of, remade
+from datagen.rows import effects_of_faults, remade
 from indexer_env.errors import ParameterError
 
 
@@ -26,8 +26,7 @@ def rebuild_faults(owner: str, table: pa.Table) -> Faults:
 def _fault(row: Mapping[str, Any]) -> str:
     """The first thing in a simulated row that cannot be, as the end of a sentence; empty where there is none."""
     try:
-        made, faults = remade(row), faults_of(row)
-        named = {effect.name for effect in faults.effects(made.machine)}
+        made, named = remade(row), effects_of_faults(row)
     except ParameterError as error:
         return str(error)
     except (AssertionError, KeyError, TypeError, ValueError) as error:

@@ -37,6 +37,7 @@ class Bench(Campaign):
     """
 
     name: ClassVar[str] = "bench"
+    lengths: ClassVar[tuple[str, ...]] = ("repeats",)
 
     roller: Sequence[str]
     screws: Sequence[str]

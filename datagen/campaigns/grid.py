@@ -35,6 +35,7 @@ class Grid(Campaign):
     """
 
     name: ClassVar[str] = "grid"
+    lengths: ClassVar[tuple[str, ...]] = ("repeats",)
 
     axes: Mapping[str, Any] = field(default_factory=dict)
     repeats: int = 1

@@ -1,9 +1,10 @@
 """One's own machine: machines drawn jointly from what healthy records left open, with faults of a table on top.
 
 Machine draw d has row d mod rows of the joint draws (`posterior`, a Parquet file with one column a quantity, named by
-its path), one of the operating points, and a number of faults drawn by `how_many`; which ones is drawn without
-replacement. What a fault sets is added to what the row, or else the machine as configured, has of the same quantity, so
-growing friction adds to friction that was there; a phase that is there stays, so an imbalance grows where it is.
+its path), by which it gets its subset, one of the operating points, and a number of faults drawn by `how_many`; which
+ones is drawn without replacement. What a fault sets is added to what the row, or else the machine as configured, has of
+the same quantity, so growing friction adds to friction that was there; a phase that is there stays, so an imbalance
+grows where it is.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.campaign import Base, Campaign, Design, fault_values
+from datagen.base import Base, fault_values
+from datagen.campaign import Campaign, Design
 from datagen.draws import effect_of
+from datagen.labels import NO_FAULTS, combinations
 from datagen.quantities import laws_by_path
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer, check_number
@@ -33,7 +36,10 @@ LOAD_FACTOR = "load_factor"
 
 _LOAD = "operating_point.load_torque"
 
-_HEALTHY, _SEVERAL = "healthy", "several faults"
+_HEALTHY = "healthy"
+
+_MOST_FAULTS = 12
+"""Each combination of faults has a name in the manifest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +64,7 @@ class Own(Campaign):
     """
 
     name: ClassVar[str] = "own"
+    lengths: ClassVar[tuple[str, ...]] = ("machines",)
 
     machines: int
     posterior: str | None = None
@@ -79,14 +86,23 @@ class Own(Campaign):
                 remedy = "the file is another one now; leave posterior_sha256 out for a new data set"
                 raise refuse("campaign", "posterior", f"the file with SHA-256 {self.posterior_sha256}", found, remedy)
             object.__setattr__(self, "posterior_sha256", found)
+        check_integer("campaign", "number of faults", len(self.faults), high=_MOST_FAULTS)
         _ = self._rows, self._fault_laws, self._points
         super().__post_init__()
+        self._check_rows_of_subsets()
         decided = {path for laws in self._fault_laws.values() for path in laws}
         for key, stage in (("draws", self.machine_laws), ("drift", self.item_laws)):
             for path in sorted(decided.intersection(stage.laws)):
                 rule, law = "left to campaign.faults, which decides the label", stage.laws[path]
                 remedy = "give what healthy machines differ in by campaign.posterior, or leave out the fault"
                 raise refuse(f"campaign.{key}", path, rule, law, remedy)
+
+    def _check_rows_of_subsets(self) -> None:
+        """Each subset has rows of its own, or there is one machine for all."""
+        rows, least = len(self._rows[1]), 1 + max(map(self._schedule.index, self._schedule))
+        if 1 < rows < least:
+            rule = f"a table of one row, the machine of all subsets, or of {least}, a row for each of campaign.split"
+            raise refuse("campaign", "posterior", rule, f"{rows} rows", "draw more machines")
 
     @functools.cached_property
     def _rows(self) -> tuple[tuple[str, ...], np.ndarray]:
@@ -105,6 +121,9 @@ class Own(Campaign):
         values = np.column_stack([table.column(path).to_numpy() for path in paths])
         if not len(values) or not np.isfinite(values).all():
             raise refuse("campaign", "posterior", "a table of finite numbers with a row or more", self.posterior)
+        for path in NO_FAULTS.keys() & known:
+            rule = "without a fault, which campaign.faults decides"
+            raise refuse("campaign", "posterior", rule, path, "give what healthy machines have as an effect")
         laws_by_path(_nested(known), "campaign.posterior")
         return paths, values
 
@@ -128,7 +147,11 @@ class Own(Campaign):
     @property
     def decides(self) -> tuple[str, ...]:
         paths = (path for path in self._rows[0] if path != LOAD_FACTOR)
-        return (*paths, *(self._points[0] if self._points else ()))
+        return (*paths, *(self._points[0] if self._points else ()), *NO_FAULTS)
+
+    @property
+    def refines(self) -> tuple[str, ...]:
+        return self._rows[0]
 
     @property
     def different(self) -> int:
@@ -139,6 +162,11 @@ class Own(Campaign):
     def machine_draw(self, index: int) -> int:
         return index
 
+    def split_number(self, index: int) -> int:
+        """The row, so that no machine is in two subsets; of a single one the draws, which differ in faults alone."""
+        rows = len(self._rows[1])
+        return index % rows if rows > 1 else index
+
     def row(self, draw: int) -> dict[str, float]:
         """The joint draw of a machine, by path."""
         paths, rows = self._rows
@@ -147,7 +175,7 @@ class Own(Campaign):
     def design(self, index: int, rng: np.random.Generator, base: Base) -> Design:
         row = self.row(self.machine_draw(index))
         factor = row.pop(LOAD_FACTOR, 1.0)
-        values: dict[str, Any] = {path: _plain(path, value) for path, value in row.items()}
+        values: dict[str, Any] = NO_FAULTS | {path: _plain(path, value) for path, value in row.items()}
         if self._points:
             values |= self._points[int(rng.integers(len(self._points)))]
             values[_LOAD] *= factor
@@ -160,15 +188,19 @@ class Own(Campaign):
         return Design(values)
 
     def classes(self) -> tuple[str, ...]:
-        return (_HEALTHY, *self._fault_laws, _SEVERAL)
+        return self._classes
+
+    @functools.cached_property
+    def _classes(self) -> tuple[str, ...]:
+        return combinations(list(self._fault_laws), _HEALTHY)
 
     def classify(self, index: int, values: Mapping[str, Any], base: Base) -> tuple[int, str, str]:
         had = fault_values(base) | self.row(self.machine_draw(index))
         laws = self._fault_laws.values()
         there = [any(values.get(path) not in (None, had.get(path)) for path in paths) for paths in laws]
         code = "".join("1" if one else "0" for one in there) or "0"
-        number = 0 if not any(there) else there.index(True) + 1 if sum(there) == 1 else len(there) + 1
-        return number + 1, self.classes()[number], code
+        number = int(code, 2)
+        return number + 1, self._classes[number], code
 
 
 def _with_fault(path: str, there: Any, drawn: Any) -> Any:

@@ -26,6 +26,7 @@ class Random(Campaign):
     """
 
     name: ClassVar[str] = "random"
+    lengths: ClassVar[tuple[str, ...]] = ("machines",)
 
     machines: int
     repeats: int = 1

@@ -13,16 +13,19 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.campaign import Base, Campaign, Design
+from datagen.base import Base, fault_values
+from datagen.campaign import Campaign, Design
+from datagen.labels import BITS, NO_FAULTS
 from indexer_env.checks import check_number
+from indexer_env.errors import refuse
 from indexer_env.machine import NOT_IN_MODEL
 
 MODEL = "machine.model"
 STIFFNESS_RATIO = "machine.output_joint.stiffness_ratio"
 OUTPUT_BACKLASH = "machine.output_joint.backlash"
 INPUT_BACKLASH = "machine.input_joint.backlash"
-NO_FAULTS = {"faults.roller_crack": 0.0, "faults.screw_looseness": 0.0, "faults.backlash": 0.0}
-"""The classes are those of the joints; a fault on top would belong to none."""
+FAULTY_EFFECTS = (*(path for _, paths in BITS for path in paths[1:]), "effects.output.backlash.backlash")
+"""What would make a machine of one class one of another class or of none."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ class Table2(Campaign):
 
     What is drawn for a parameter that a class has not (play, ρ, joint 1 in Model A) is left out of its items. The
     classes differ in joint 2 and the model only: joint 1 has no play in any of them and there are no other faults,
-    whatever the base has.
+    whatever the joints and the faults of the base are. A base with an effect that is such a fault is refused.
     """
 
     name: ClassVar[str] = "table2"
@@ -82,7 +85,14 @@ class Table2(Campaign):
 
     @property
     def decides(self) -> tuple[str, ...]:
-        return (MODEL, INPUT_BACKLASH, OUTPUT_BACKLASH, STIFFNESS_RATIO, *NO_FAULTS)
+        return (MODEL, INPUT_BACKLASH, OUTPUT_BACKLASH, STIFFNESS_RATIO, *NO_FAULTS, *FAULTY_EFFECTS)
+
+    def check_base(self, base: Base) -> None:
+        there = fault_values(base)
+        for path in FAULTY_EFFECTS:
+            if there.get(path):
+                remedy = "take a machine without this effect, as the classes decide play and cracks"
+                raise refuse("machine", path, f"left to the campaign {self.name}", there[path], remedy)
 
     @property
     def size(self) -> int:

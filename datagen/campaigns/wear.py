@@ -61,6 +61,7 @@ class Wear(Campaign):
     """
 
     name: ClassVar[str] = "wear"
+    lengths: ClassVar[tuple[str, ...]] = ("lives",)
 
     lives: int
     first_backlash_deg: Any

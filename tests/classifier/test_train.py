@@ -1,12 +1,13 @@
 import contextlib
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
 
 from classifier.curves import write_curves
-from classifier.dataset import SUBSETS, load_dataset
+from classifier.dataset import SUBSETS, load_dataset, rows_sha256
 from classifier.evaluate import score
 from classifier.model import load_model, save_model
 from classifier.pictures import draw_training
@@ -157,6 +158,23 @@ def test_a_data_set_comes_back_as_it_was_written(dataset, write_dataset, tmp_pat
     assert np.array_equal(read.subsets, dataset.subsets)
     assert (read.codes, read.sample_rate, read.unit) == (dataset.codes, dataset.sample_rate, dataset.unit)
     assert len(read.provenance["manifest_sha256"]) == 64
+
+
+def test_a_longer_data_set_of_the_same_seed_has_the_rows_of_a_shorter_one():
+    """Neither count nor shards nor repeats change an item; seed, machine and laws do."""
+    campaign = {"name": "bench", "repeats": 10, "draws": {"machine": {"cam_inertia": {"around": 0.1}}}}
+    config = {"count": 20, "shard_items": 576, "device": "cpu", "machine": {"table_inertia": 5.0}, "campaign": campaign}
+    manifest = {"campaign": "bench", "seed": 3, "count": 20, "config": config}
+
+    def rows(of_item: dict[str, Any] | None = None, of_campaign: dict[str, Any] | None = None, **others: Any) -> Any:
+        given = {**config, **(of_item or {}), "campaign": {**campaign, **(of_campaign or {})}}
+        return rows_sha256({**manifest, "config": given, **others})
+
+    assert rows() == rows({"count": 40, "shard_items": 7, "device": "cuda"}, {"repeats": 20}, count=40)
+    changed = [rows(seed=4), rows({"machine": {"table_inertia": 6.0}}), rows(None, {"draws": {}})]
+    assert None not in changed and len({rows(), *changed}) == 4
+    assert rows(campaign="measured") is None and rows_sha256({**manifest, "config": {}}) is None
+    assert rows(None, {"posterior": "posterior.parquet"}) is None
 
 
 def test_a_subset_without_a_class_is_refused(dataset):

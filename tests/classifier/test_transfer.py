@@ -1,6 +1,7 @@
 """A model goes on learning on records of another machine."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from classifier.codes import CodeBook
 from classifier.features import Psd
 from classifier.model import load_model, save_model
+from classifier.results import markdown
 from classifier.train import train
 from classifier.trainers.traingdx import TrainGdx
 from classifier.transfer import ANEW, AS_IT_IS, FINE_TUNED, Learner, draw, fitted_to, in_turns
@@ -68,7 +70,7 @@ def test_few_records_hold_every_class(dataset):
 
 
 def test_a_curve_has_every_count_and_learning_helps(learner):
-    rows = learner.curve([3, 18], seed=0, restarts=2)
+    rows = [*learner.as_it_is(), *learner.curve([3, 18], seed=0, restarts=2)]
     assert {(row.method, row.x) for row in rows} == {
         (AS_IT_IS, 0.0),
         *((m, n) for m in (FINE_TUNED, ANEW) for n in (3, 18)),
@@ -76,6 +78,13 @@ def test_a_curve_has_every_count_and_learning_helps(learner):
     wrong = {(row.method, row.x): row.value for row in rows if row.metric == "misclassified [%]"}
     assert wrong[FINE_TUNED, 18] <= 10 < wrong[AS_IT_IS, 0]
     assert len(draw(rows).axes) == 1
+
+
+def test_the_network_as_it_is_is_judged_once(learner):
+    """Seeds 0 and 1: the same number from each would have an interval of 0, as if it were known for sure."""
+    rows = [*learner.as_it_is(), *(row for seed in range(2) for row in learner.curve([6], seed, restarts=1))]
+    (line,) = (text for text in markdown(rows, (("misclassified [%]", 2),)).splitlines() if AS_IT_IS in text)
+    assert "±" not in line and sum(row.method == AS_IT_IS for row in rows) == 2
 
 
 def test_a_tuned_model_of_two_channels_is_for_records_of_the_same_length(dataset):
@@ -105,8 +114,15 @@ def test_a_second_fine_tuning_does_not_hide_the_first(result, other):
         told = dataclasses.replace(other, provenance={"manifest_sha256": name})
         model = Learner.of(model, fitted_to(model, told), TrainGdx(epochs=2)).tuned(0)
         assert model.provenance["fine_tuned_on"] == told.provenance
-    assert all(model.has_learnt_from(name) for name in ("first", "second", "third"))
-    assert not model.has_learnt_from("another")
+    assert all(model.items_learnt(name) == math.inf for name in ("first", "second", "third"))
+    assert model.items_learnt("another") == 0
+
+
+def test_the_items_of_another_length_of_the_same_rows_are_learnt_up_to_its_count(result):
+    told = {"data": {"manifest_sha256": "one", "rows_sha256": "rows", "count": 30}, "fine_tuned_on": {"count": 90}}
+    model = dataclasses.replace(result.model, provenance=told)
+    assert (model.items_learnt("other", "rows"), model.items_learnt("other", "others")) == (30, 0)
+    assert model.items_learnt("other", None) == 0 and model.items_learnt("one", "rows") == math.inf
 
 
 def test_the_tuned_model_is_stored_and_says_on_what_it_learnt(learner, tmp_path):

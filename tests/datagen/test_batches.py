@@ -84,6 +84,14 @@ def test_seed_and_epoch_decide_the_batches(larger):
     assert sorted(itertools.chain(*drawn(0, 1))) == list(range(97))
 
 
+def test_no_two_shuffles_of_an_epoch_are_drawn_alike(larger, monkeypatch):
+    """Seed 3: the order of the shards and that of each window have streams of their own."""
+    seeds, real = [], np.random.default_rng
+    monkeypatch.setattr(np.random, "default_rng", lambda seed: seeds.append(seed) or real(seed))
+    list(RecordStream(larger, ("item",), batch_size=8, window=24, seed=3, threads=1))
+    assert len(seeds) == 6 and len({real(seed).random() for seed in seeds}) == 6
+
+
 def test_workers_that_stay_see_the_next_epoch(larger):
     stream = RecordStream(larger, ("item",), batch_size=8, window=24)
     loader = DataLoader(stream, batch_size=None, num_workers=2, persistent_workers=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from datagen.campaign import SUBSETS, build
 from datagen.campaigns import make_campaign
 from datagen.changes import value_at, with_changes
+from indexer_env.effects import make_effect
 from indexer_env.errors import ParameterError
 
 # The paper, Table 2: class -> model, joint 2 has play, joint 2 is bilinear, code.
@@ -129,6 +131,26 @@ def test_bad_settings_are_one_sentence(settings, change, sentence):
     with pytest.raises(ParameterError) as caught:
         make_campaign(settings)
     assert sentence in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [
+        ("roller.crack", {"stiffness_loss": 0.4}),
+        ("output.backlash", {"backlash": 1e-3}),
+        ("base.looseness", {"compliance": 1e-6}),
+    ],
+)
+def test_a_machine_with_an_effect_that_decides_the_class_is_refused(order, base, settings, name, parameters):
+    """Its class 1 would have the play or the crack of another class."""
+    faulty = replace(base, machine=base.machine.with_effects(make_effect(name, parameters)))
+    with pytest.raises(ParameterError, match=rf"machine\.effects\.{name}.* must be left to the campaign table2"):
+        replace(order, base=faulty)
+    rubbing = replace(base, machine=base.machine.with_effects(make_effect("friction.coulomb", {"torque": 5.0})))
+    assert replace(order, base=rubbing)
+    settings["draws"]["effects"] = {name: parameters}
+    with pytest.raises(ParameterError, match="as the campaign table2 decides it"):
+        make_campaign(settings)
 
 
 def test_with_changes_replaces_deep_fields_at_once(base):

@@ -5,18 +5,24 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import welch
 
+from classifier.codes import CodeBook
 from datagen.campaign import SUBSETS
 from datagen.campaigns import CAMPAIGNS
+from datagen.check import check
+from datagen.generate import generate
 from datagen.labels import FAULT_CLASSES, fault_class, subset_schedule
 from datagen.produce import produce
 from datagen.remake import remake
+from datagen.shard import read_shards
 from indexer_env.effects import TABLES
 from indexer_env.errors import ParameterError
+from indexer_env.faults import LOOSE_HOUSING_HZ
 from tests.datagen.families import SHORT, items_of, made, ordered
 
 # ---------------------------------------------------------------------------------------------- all families
@@ -63,6 +69,44 @@ def test_a_machine_draw_is_in_one_subset(name):
     order = ordered(f"campaign={name}", *SHORT)
     pairs = {(item.label.machine_draw, item.label.subset) for item in items_of(order)}
     assert len(pairs) == len({draw for draw, _ in pairs})
+
+
+@pytest.mark.parametrize("name", sorted(CAMPAIGNS))
+def test_data_sets_of_every_campaign_pass_their_check_and_can_be_taught(name, tmp_path):
+    """Seed 0, so few items as have two classes: one name and one code for each."""
+    settings = {
+        "grid": ["+campaign.axes.faults.backlash_deg=[0,5]", "sensor=bench"],
+        "wear": ["campaign.first_backlash_deg=0"],
+    }
+    order = ordered(f"campaign={name}", *settings.get(name, []), *SHORT)
+    generate(replace(order, count=min(order.count, 24)), tmp_path / "set")
+    assert check(tmp_path / "set", remake=1).faults == []
+    table = read_shards(tmp_path / "set").table
+    codes = CodeBook.of_rows(*(np.array(table.column(each).to_pylist()) for each in ("class", "class_name", "code")))
+    assert len(codes.classes) > 1
+
+
+def test_the_columns_of_faults_hold_what_effects_add():
+    """The label counts an effect that is such a fault; a severity of 0 beside it would teach the wrong size."""
+    order = ordered(
+        "faults.roller_crack=0.5",
+        "faults.backlash_deg=1",
+        "+machine.effects={roller.crack: {stiffness_loss: 0.2}, input.backlash: {backlash: 1e-3}, "
+        "base.looseness: {compliance: 1e-5}}",
+        *SHORT,
+    )
+    (row,), _ = made(order, [0])
+    assert row["code"] == "111" and row["fault_roller_crack"] == pytest.approx(1.0 - 0.8 * 0.5)
+    assert row["fault_backlash"] == pytest.approx(math.radians(1.0) + row["reduction_ratio"] * 1e-3)
+    stiffness = (row["follower_inertia"] + row["housing_inertia"]) * (2.0 * math.pi * LOOSE_HOUSING_HZ) ** 2
+    assert row["fault_screw_looseness"] == pytest.approx(1e-5 * stiffness)
+    assert row["fault_cracked_station"] is None
+
+
+def test_the_station_of_a_single_crack_is_that_of_its_effect():
+    order = ordered("+machine.effects.roller.crack_single={stiffness_loss: 0.3, station: 2}", *SHORT)
+    (row,), _ = made(order, [0])
+    assert (row["fault_roller_crack"], row["fault_cracked_station"]) == (pytest.approx(0.3), 2)
 
 
 def test_rows_with_loose_screws_effects_and_a_drawn_sensor_remake():

@@ -9,10 +9,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from datagen.campaign import Base, build
+from datagen.campaign import SUBSETS, Base, build
 from datagen.campaigns.own import LOAD_FACTOR, Own
 from indexer_env import OperatingPoint, load_machine, make_effect
 from indexer_env.errors import ParameterError
+from indexer_env.faults import Faults
 
 FAULTS = {
     "friction": {"friction.coulomb": {"torque": {"uniform": [1.0, 2.0]}}},
@@ -28,14 +29,15 @@ def table(folder: Path, **columns: list[float]) -> str:
 
 
 def test_a_machine_has_its_row_and_growing_friction_adds_to_what_was_there(tmp_path):
-    posterior = table(tmp_path, machine__table_inertia=[4.0, 6.0], effects__friction__coulomb__torque=[5.0, 7.0])
+    there = {"machine__table_inertia": [4.0, 6.0, 8.0], "effects__friction__coulomb__torque": [5.0, 7.0, 9.0]}
+    posterior = table(tmp_path, **there)
     own = Own(machines=40, posterior=posterior, faults={"friction": FAULTS["friction"]}, how_many=(0.5, 0.5))
     codes = set()
     for index in range(40):
         item = own.item(index, BASE, 3)
         machine = build(item, BASE).machine
-        assert machine.table_inertia == (4.0, 6.0)[index % 2]
-        torque, had = machine.effects[0].torque, (5.0, 7.0)[index % 2]
+        assert machine.table_inertia == (4.0, 6.0, 8.0)[index % 3]
+        torque, had = machine.effects[0].torque, (5.0, 7.0, 9.0)[index % 3]
         if item.label.code == "1":
             assert had + 1.0 <= torque <= had + 2.0 and item.label.name == "friction"
         else:
@@ -85,16 +87,57 @@ def test_how_many_faults_are_there_is_drawn_by_its_law():
     own = Own(machines=600, faults=FAULTS, how_many=(0.25, 0.5, 0.25))
     names = Counter(own.item(index, BASE, 0).label.name for index in range(600))
     # binomial, standard deviation of 11
-    assert abs(names["healthy"] - 150) < 40 and abs(names["several faults"] - 150) < 40
+    assert abs(names["healthy"] - 150) < 40 and abs(names["friction, crack"] - 150) < 40
     assert names["friction"] > 80 and names["crack"] > 80
     assert own.item(7, BASE, 0) == own.item(7, BASE, 0) != own.item(7, BASE, 1)
 
 
 def test_loads_are_the_rows_factor_times_what_is_stated(tmp_path):
-    posterior = table(tmp_path, **{LOAD_FACTOR: [0.9, 1.1]})
+    posterior = table(tmp_path, **{LOAD_FACTOR: [0.9, 1.1, 1.0]})
     own = Own(machines=4, posterior=posterior, points=[{"motor_speed": 150.0, "load_torque": 10.0}])
     loads = [own.item(index, BASE, 0).operating_point["load_torque"] for index in range(4)]
-    assert loads == pytest.approx([9.0, 11.0, 9.0, 11.0])
+    assert loads == pytest.approx([9.0, 11.0, 10.0, 9.0])
+
+
+def test_a_machine_of_the_joint_draws_is_in_one_subset(tmp_path):
+    """Seed 0, ten times as many records as machines: a network would be judged on machines that it has seen."""
+    own = Own(machines=70, posterior=table(tmp_path, machine__table_inertia=[4.0 + 0.1 * k for k in range(7)]))
+    items = [own.item(index, BASE, 0) for index in range(70)]
+    subsets = {(item.machine["table_inertia"], item.label.subset) for item in items}
+    assert len(subsets) == 7 and {subset for _, subset in subsets} == set(SUBSETS)
+
+
+def test_fewer_machines_than_subsets_are_refused_but_for_one(tmp_path):
+    """One machine is in all subsets, as there is no other."""
+    two = table(tmp_path, machine__table_inertia=[4.0, 5.0])
+    with pytest.raises(ParameterError, match=r"one row, the machine of all subsets, or of 3, .* got '2 rows'"):
+        Own(machines=9, posterior=two)
+    one = Own(machines=9, posterior=table(tmp_path, machine__table_inertia=[4.0]))
+    assert {one.item(index, BASE, 0).label.subset for index in range(9)} == set(SUBSETS)
+
+
+def test_each_combination_of_faults_is_a_class_with_its_own_code():
+    """Seed 0; a class of several faults would have several codes, which no network can be taught."""
+    own = Own(machines=60, faults=FAULTS, how_many=(0.25, 0.5, 0.25))
+    labels = {(one.number, one.name, one.code) for one in (own.item(k, BASE, 0).label for k in range(60))}
+    assert labels == {(1, "healthy", "00"), (2, "crack", "01"), (3, "friction", "10"), (4, "friction, crack", "11")}
+    assert own.classes() == ("healthy", "crack", "friction", "friction, crack")
+
+
+@pytest.mark.parametrize("key", ["draws", "drift"])
+def test_faults_of_the_bench_are_refused_beside_the_table(key):
+    """A cracked machine would be labelled as healthy."""
+    laws = {key: {"faults": {"roller_crack": {"uniform": [0.1, 0.5]}}}}
+    with pytest.raises(ParameterError, match=rf"campaign\.{key}\.faults\.roller_crack must be left out"):
+        Own(machines=10, faults=FAULTS, how_many=(0.5, 0.5), **laws)
+    faulty = Base(BASE.machine, BASE.operating_point, Faults(roller_crack=0.4))
+    own = Own(machines=10, faults=FAULTS, how_many=(0.5, 0.5))
+    assert not build(own.item(0, faulty, 0), faulty).faults.roller_crack
+
+
+def test_joint_draws_of_a_fault_of_the_bench_are_refused(tmp_path):
+    with pytest.raises(ParameterError, match=r"without a fault, .* give what healthy machines have as an effect"):
+        Own(machines=1, posterior=table(tmp_path, faults__backlash=[0.1]))
 
 
 @pytest.mark.parametrize(

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import functools
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 import datagen.__main__ as command
 from datagen.shard import read_manifest, read_shards
 from indexer_cli.command import BAD_INPUT, INTERRUPTED
+from indexer_env.presets import config_dir
 from tests.patience import PATIENCE
 
 SHORT = ["run.samples=200", "run.warmup_turns=1", "count=2"]
@@ -127,6 +131,15 @@ def test_in_a_sweep_the_other_jobs_live(call):
             ["campaign=table2", "out=x", "machine.input_joint={stiffness: 6e4, backlash: 1e-3}"],
             "machine.input_joint.backlash must be left to the campaign table2",
         ),
+        (
+            ["campaign=table2", "out=x", "+machine.effects.roller.crack={stiffness_loss: 0.4}"],
+            "machine.effects.roller.crack.stiffness_loss must be left to the campaign table2",
+        ),
+        (["campaign=own", "out=x", "faults.roller=cracked"], "faults.roller must be left to the campaign own"),
+        (
+            ["campaign=random", "out=x", "sensor=bench"],
+            "sensor.noise_density must be left to campaign.draws, which draws it, got 0.002",
+        ),
         (["out=x", "machine.table_inertia={unifrom:[4,6]}"], "table_inertia must be"),
         (["out=x", "machine.table_inertia={uniform:[6,4]}"], "{uniform: [low, high]} with low <= high"),
         (["out=x", "machine.table_inertia={around:0.1}"], "{around: [nominal, share]} where a law stands in"),
@@ -165,6 +178,33 @@ def test_mistakes(call, tmp_path, arguments, sentence):
     assert err.startswith("error: ") and err.count("\n") == 1 and sentence in err
     assert "Traceback" not in out + err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_s_values_that_the_campaign_draws_are_refused_as_on_the_line(call, tmp_path):
+    """A table of 50 kg m² and 1200 rpm would be replaced without a word; what is not drawn counts."""
+    machine = (config_dir() / "machine" / "reference.yaml").read_text(encoding="utf-8")
+    heavy = re.sub(r"(?m)^table_inertia: \S+", "table_inertia: 50", machine)
+    (tmp_path / "heavy.yaml").write_text(heavy, encoding="utf-8")
+    (tmp_path / "slow.yaml").write_text("motor_speed_rpm: 1200\nload_torque: 2.0\nstart_angle: 0.0\n", encoding="utf-8")
+    for file, said in (
+        ("machine=heavy.yaml", "machine.table_inertia must be left to campaign.draws, which draws it, got 50"),
+        ("operating_point=slow.yaml", "motor_speed_rpm must be left to campaign.draws, which draws it, got 1200"),
+    ):
+        code, _, err = call("campaign=random", "out=x", file)
+        assert code == BAD_INPUT and said in err
+    code, _, _ = call("campaign=table2", "out=x", "machine=heavy.yaml", *SHORT)
+    assert code == 0 and set(read_shards("x").table.column("table_inertia").to_pylist()) == {50.0}
+
+
+def test_the_twin_s_machine_goes_with_its_joint_draws(call, tmp_path):
+    """Both state the inertia: the file the calibrated one, the joint draws what is left open about it."""
+    pq.write_table(pa.table({"machine.table_inertia": [49.0, 50.0, 51.0]}), tmp_path / "posterior.parquet")
+    machine = (config_dir() / "machine" / "reference.yaml").read_text(encoding="utf-8")
+    (tmp_path / "mine.yaml").write_text(re.sub(r"(?m)^table_inertia: \S+", "table_inertia: 50", machine), "utf-8")
+    given = ["campaign=own", "campaign.posterior=posterior.parquet", "machine=mine.yaml"]
+    code, _, err = call(*given, "campaign.split={calibration: 1, validation: 1}", "out=x", *SHORT)
+    assert code == 0, err
+    assert set(read_shards("x").table.column("table_inertia").to_pylist()) <= {49.0, 50.0, 51.0}
 
 
 def test_help_shows_every_key_though_nothing_is_given(call):

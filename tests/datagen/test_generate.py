@@ -18,7 +18,7 @@ from datagen.campaigns.table2 import Table2
 from datagen.generate import generate, head
 from datagen.publish import publish
 from datagen.remake import remake
-from datagen.rows import faults_of, machine_columns, machine_of
+from datagen.rows import machine_columns, machine_of
 from datagen.shard import read_shards
 from datagen.store import State, StoreError, making
 from indexer_cli.places import open_place
@@ -81,7 +81,7 @@ def test_rows_hold_the_item_s_own_machine(dataset, order):
         case = build(order.campaign.item(index, order.base, order.seed), order.base)
         row = data.row(index)
         assert machine_of(row) == case.machine
-        assert faults_of(row) == case.faults
+        assert {name: row[f"fault_{name}"] for name in vars(case.faults)} == vars(case.faults)
         assert (row["class"], row["code"], row["subset"]) == (
             case.item.label.number, case.item.label.code, case.item.label.subset
         )  # fmt: skip

@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 from functools import partial
@@ -13,6 +14,7 @@ import numpy as np
 import pyarrow.csv
 import pytest
 
+from classifier.dataset import rows_sha256
 from classifier.diagnose import __main__ as command
 from classifier.diagnose import diagnose
 from classifier.diagnose.__main__ import _stem
@@ -116,6 +118,47 @@ def test_what_is_right_is_told_of_records_that_the_model_did_not_see(result, dat
     told = json.loads((place / f"of_{key}" / "diagnosis.json").read_text())
     assert (told["turns"], told["turns_of_the_training"], told["turns_compared"]) == (72, 48, 24)
     assert [row["subset"] for row in turns(place, f"of_{key}")] == dataset.subsets.tolist()
+
+
+def test_rows_of_a_longer_data_set_of_the_same_seed_are_those_that_were_taught(result, dataset, place, diagnosed):
+    """The first 30 of 72 items, as if the model had been trained on `count=30`."""
+    shutil.copytree(place / "set", place / "longer")
+    manifest = json.loads((place / "longer" / MANIFEST).read_text())
+    manifest |= {"campaign": "bench", "config": {"count": 72, "campaign": {"name": "bench"}}}
+    (place / "longer" / MANIFEST).write_text(json.dumps(manifest))
+    (place / "short").mkdir()
+    provenance = {"data": {"manifest_sha256": "of 30", "rows_sha256": rows_sha256(manifest), "count": 30}}
+    save_model(dataclasses.replace(result.model, provenance=provenance), place / "short")
+    assert diagnosed("model=short", "measured=longer", "out=longer_out", "pictures=0")[0] == 0
+    assert [row["subset"] or None for row in turns(place, "longer_out")] == [*dataset.subsets[:30], *[None] * 42]
+
+
+def test_a_clipped_record_of_a_data_set_is_not_diagnosed(dataset, place, diagnosed, write_dataset):
+    """Its file had flat tops that a filter has hidden: the row says so."""
+    write_dataset(dataset, place / "clipped", clipped_share=0.2)
+    code, _, err = diagnosed("measured=clipped", "out=of_clipped", "pictures=0")
+    assert code == 2 and "item 71" in err and "must stay within the sensor's range, got 20 % clipped samples" in err
+    told = [row["problem"] for row in turns(place, "of_clipped")]
+    assert told[:-1] == [""] * 71 and told[-1].startswith("must stay within the sensor's range")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("read.unit=g", "read.unit must be left out for the data set stated"),
+        ("read.sample_rate=1000", "read.sample_rate must be left out"),
+        ("pulse.column=tacho", "pulse.column must be left out for the data set stated, whose records are read and cut"),
+        ("known.motor_speed_rpm=1400", "as stated, item 0 states it"),
+        ("known.machine=press", "known.machine must be bench as stated, item 0 states it, got 'press'"),
+    ],
+)
+def test_what_a_data_set_says_otherwise_is_refused(dataset, place, diagnosed, write_dataset, given, said):
+    if not (place / "stated").exists():
+        write_dataset(dataset, place / "stated", {"motor_speed": 157.08, "machine_name": "bench"})
+    code, _, err = diagnosed("measured=stated", given)
+    assert code == 2 and said in err and len(err.splitlines()) == 1
+    agreed = ("known.motor_speed_rpm=1500", "known.machine=bench", "pulse.tolerance=0.05")
+    assert diagnosed("measured=stated", *agreed)[0] == 0
 
 
 def test_what_was_taught_has_no_say_in_what_is_right(result, dataset):

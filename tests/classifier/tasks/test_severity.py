@@ -1,6 +1,7 @@
 """Severities are found, their intervals hold, and what cannot be told is not told."""
 
 import dataclasses
+import json
 import math
 
 import numpy as np
@@ -144,6 +145,19 @@ def test_intervals_that_are_not_for_new_machines_say_so(biased):
     assert [part.kind for part in parts] == ["severity"]
     assert left_out[NEW_MACHINES].startswith("not promised, 8 machines or files in the control subset, 9 needed")
     assert NEW_MACHINES not in fit_parts(dataset, features, NOTHING, kinds=["severity"])[1]
+
+
+@pytest.mark.parametrize(("files", "promised"), [(1, True), (2, False), (None, False)])
+def test_files_promise_nothing_of_new_machines(biased, files, promised):
+    """Draws of measured rows are machines only where each is all there is of one; None: no machine is stated."""
+    dataset, _ = biased
+    draws = dataset.table.column("machine_draw").to_numpy()
+    groups = ["{}" if files is None else json.dumps({"machine": f"M{draw // files}"}) for draw in draws]
+    table = dataset.table.append_column("groups", pa.array(groups))
+    table = table.append_column("kind", pa.array(["measured"] * len(draws)))
+    told = Severity.unpromised(dataclasses.replace(dataset, table=table))
+    assert (told == "") == promised
+    assert promised or "90 % of new files of these machines, new machines may have less" in told
 
 
 def test_turns_of_one_file_promise_no_more_than_one(known):
