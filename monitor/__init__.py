@@ -4,8 +4,9 @@ In reading order, where it helps with its block of ISO 13374:
     settings      conf/monitor.yaml -> objects that check themselves
     intake/       data acquisition and manipulation: samples -> blocks in order -> turns
     analysis/     state detection, health assessment, prognosis: turn -> finding -> trend -> remaining time
-    alarms/       the alarm of a quantity: delays, deadband, acknowledge, shelve, re-alarm (OPC UA Part 9)
+    alarms/       the alarm of a quantity: delays, deadband, acknowledge, repaired, shelve, re-alarm (OPC UA Part 9)
     plan          what all machines share, and what comes of a block
+    watch         what the turns of one machine come to: trends, remaining time, alarms
     pipeline      one machine: blocks in, what happened out; knows no clock, store or network
     store/        blocks, turns, trends, alarms in one database; whole turns as Parquet beside it
     leases        several processes on one store: which machine is whose

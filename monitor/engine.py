@@ -20,7 +20,7 @@ from sqlalchemy import Connection
 from threadpoolctl import threadpool_limits
 
 from indexer_env.errors import refuse
-from monitor.alarms import Condition, Event
+from monitor.alarms import Event
 from monitor.analysis.finding import Diagnoser
 from monitor.fleet import Fleet
 from monitor.intake.arrivals import Arrival
@@ -56,7 +56,7 @@ class Engine:
     stale_s : float
         Seconds without samples after which a machine is stale, by the clock of this host.
     reorder_s : float
-        Seconds for which a block waits for a missing one.
+        Seconds without any block after which those that wait for a missing one wait no longer.
     leases : Leases, optional
         Where several processes share the machines.
     """
@@ -155,13 +155,13 @@ class Engine:
                 raise StoreDown(self.trouble)
             if pipeline is None or quantity not in pipeline.conditions:
                 raise refuse("alarm", "machine", "the name of a machine and a quantity that it has", machine)
-            before = pipeline.conditions[quantity].to_dict()
+            before = pipeline.watch.to_dict()
             happened = act(pipeline)
             try:
                 with self._store.transaction() as connection:
                     self._write(connection, machine, Outcome(events=[happened]))
             except StoreDown:
-                pipeline.conditions[quantity] = Condition(quantity, self._plan.rules, before)
+                pipeline.watch.replace(before)
                 raise
             self._changed(Change(pipeline.summary(), (happened,)))
             return happened
@@ -247,8 +247,7 @@ class Engine:
             for machine in changes:
                 self._write_state(connection, machine)
         self._fleet.settle(mine, batch)
-        self.blocks += len(batch)
-        self.turns += turns
+        self.blocks, self.turns = self.blocks + len(batch), self.turns + turns
         for arrival in batch:
             if arrival.kept is not None:
                 arrival.kept()
@@ -271,13 +270,14 @@ class Engine:
             changed = self.unread.move(machine, pipeline.states, now_ns)
             if pipeline.waiting and silent > self._reorder_s:
                 outcome, changed = pipeline.flush(), True
+            outcome.events += pipeline.watch.at(now_ns)
             if silent > self._stale_s and machine not in self._ended and "stale" not in pipeline.states.active:
-                pipeline.states.note("stale", now_ns, f"no samples have come for {silent:.0f} s")
+                pipeline.note_silence(now_ns)
                 changed = True
             if self._queue.qsize() > 0.8 * self._queue.maxsize:
                 pipeline.states.note("overload", now_ns)
                 changed = True
-            if changed:
+            if changed or outcome.events:
                 with self._store.transaction() as connection:
                     self._fleet.held(connection, {machine})
                     if self._fleet.pipelines.get(machine) is not pipeline:

@@ -142,29 +142,34 @@ class Physics:
                     return
                 machine = next(iter(self._wanted))
                 del self._wanted[machine]
-                self._looked_ns[machine] = time.time_ns()
+                before_ns, self._looked_ns[machine] = self._looked_ns.get(machine, 0), time.time_ns()
             try:
-                self._look_at(machine)
+                if not self._look_at(machine):
+                    # There was nothing to explain yet.
+                    self._looked_ns[machine] = before_ns
             except StoreDown as error:
+                self._looked_ns[machine] = before_ns
                 _log.warning("physics has left out %s, as the store cannot be used (%s)", machine, error)
             except Exception:
                 _log.exception("physics has left out %s", machine)
 
-    def _look_at(self, machine: str) -> None:
+    def _look_at(self, machine: str) -> bool:
+        """Ask about a machine and keep the answer; False: there is none."""
         found = self._question(machine)
         if found is None:
-            return
+            return False
         number, question = found
         began = time.monotonic()
         content = self._ask(question)
         if self._stopping:
-            return
+            return False
         content |= {"turns": len(question.records), "took_s": time.monotonic() - began}
         self._store.write_explanation(machine, number, time.time_ns(), content)
         self.answers += 1
         summary = self._store.summary(machine)
         if summary is not None:
             self._changed(Change(summary, ()))
+        return True
 
     def _question(self, machine: str) -> tuple[int, Question] | None:
         """The newest turn and those before it at the same speed, newest first; None where there are too few."""

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
 from indexer_records.conditions import RecordConditions
-from monitor.alarms import Condition, Event
+from monitor.alarms import Condition
 from monitor.alarms.limits import LEVELS
-from monitor.analysis.baseline import Baselines
-from monitor.analysis.finding import Diagnoser, Finding, Size
-from monitor.analysis.remaining import Remaining, remaining_time
-from monitor.analysis.trend import Trend
+from monitor.analysis.finding import Diagnoser, Finding
 from monitor.intake.blocks import NANO, Block
 from monitor.intake.cutter import Cutter, CutTurn
 from monitor.intake.order import Order, Placed
 from monitor.intake.states import UNTIL_GOOD_TURN, States
-from monitor.plan import CHANGE, Outcome, Plan, Turn
+from monitor.plan import Outcome, Plan
+from monitor.watch import Watch
+
+_TIME = "%Y-%m-%d %H:%M:%S UTC"
 
 
 class Pipeline:
@@ -47,16 +47,8 @@ class Pipeline:
         self.until_ns: int | None = body.get("until_ns")
         self.heard_ns: int | None = body.get("heard_ns")
         self.sensor: str | None = body.get("sensor")
-        self.last: dict[str, Any] = body.get("last", {})
         self.references: dict[str, int] = dict(body.get("references", {}))
-        self.trends = {
-            mode: {name: Trend(plan.window, trend) for name, trend in trends.items()}
-            for mode, trends in body.get("trends", {}).items()
-        }
-        self.baselines = Baselines(body.get("baselines"))
-        stored = body.get("conditions", {})
-        modes = [mode.name for mode in diagnoser.modes]
-        self.conditions = {name: Condition(name, plan.rules, stored.get(name), modes) for name in plan.limits}
+        self.watch = Watch(plan, [mode.name for mode in diagnoser.modes], self.states, body)
         self._order = Order(self.states, plan.jitter, self.until_ns)
         self._order.seen = [(start, number) for start, number in body.get("seen", ())]
         self._cutter = Cutter(diagnoser.modes, plan.pulse_range, plan.pulse)
@@ -113,9 +105,20 @@ class Pipeline:
         return newest if self.heard_ns is None else newest + max(0, host_ns - self.heard_ns)
 
     @property
+    def conditions(self) -> dict[str, Condition]:
+        """The alarm of each quantity."""
+        return self.watch.conditions
+
+    @property
     def waiting(self) -> bool:
         """Whether blocks wait for a missing one."""
         return self._order.waiting
+
+    def note_silence(self, now_ns: int) -> None:
+        """No samples come any more."""
+        newest = self.newest_ns or self.until_ns
+        since = "" if newest is None else f" since {datetime.fromtimestamp(newest // NANO, UTC):{_TIME}}"
+        self.states.note("stale", now_ns, f"no samples have come{since}")
 
     def _work(self, placed: list[Placed]) -> Outcome:
         outcome = Outcome()
@@ -142,6 +145,9 @@ class Pipeline:
             self._cutter.set_clock(place.shift_ns)
             self.until_ns = None if self.until_ns is None else self.until_ns + place.shift_ns
             self._begun_ns = None if self._begun_ns is None else self._begun_ns + place.shift_ns
+        if place.shift_ns < 0:
+            # Forward it may be a sender that paused, so that hours went by.
+            self.watch.set_clock(place.shift_ns)
         return True
 
     def _feed(self, block: Block, restart: bool, outcome: Outcome) -> None:
@@ -151,17 +157,19 @@ class Pipeline:
         if block.sensor is not None:
             if self.sensor is not None and block.sensor != self.sensor:
                 self.states.note("swapped", block.start_ns, f"the sensor is {block.sensor}, it was {self.sensor}")
-                self.baselines.clear()
+                self.watch.baselines.clear()
             self.sensor = block.sensor
+        self.states.over("stale")
+        self.states.age(block.end_ns)
         try:
             cuts = self._cutter.feed(block, restart)
         except SignalError as error:
             self.states.note("not_comparable", block.start_ns, str(error))
+            # What follows does not go on with what came before it.
+            self._tell(self._cutter.finish(), outcome)
             self.until_ns = block.end_ns
             return
         self._tell(cuts, outcome)
-        self.states.over("stale")
-        self.states.age(block.end_ns)
         self._check_pulse(block)
 
     def _check_pulse(self, block: Block) -> None:
@@ -184,72 +192,23 @@ class Pipeline:
             flaw = self._diagnoser.flaw(cut.mode, cut.turn)
             if flaw is None:
                 try:
-                    outcome.turns.append(self._diagnosed(cut, outcome))
-                    continue
+                    finding = self._diagnosed(cut)
                 except SignalError as error:
                     flaw = "not_comparable", str(error)
+                else:
+                    self.states.over(*UNTIL_GOOD_TURN)
+                    self.watch.take(self.turns, cut, finding, outcome)
+                    continue
             self.states.note(flaw[0], cut.end_ns, flaw[1])
-            outcome.turns.append(Turn(self.turns, cut, flaw, None, {}, {}))
-            self.last = {**self.last, "time_ns": cut.end_ns, "mode": cut.mode.name, "problem": flaw[1]}
+            self.watch.leave_out(self.turns, cut, flaw, outcome)
 
-    def _diagnosed(self, cut: CutTurn, outcome: Outcome) -> Turn:
+    def _diagnosed(self, cut: CutTurn) -> Finding:
         mode, record = cut.mode, cut.turn.record
         assert record is not None
         signal = Signal(record, mode.rate, unit=mode.unit, source=self.machine)
         speed = None if mode.motor_speed is None else mode.motor_speed * mode.duration / cut.turn.duration
         known = RecordConditions(motor_speed=speed, sensor_radius=self._plan.sensor_radius)
-        finding = self._diagnoser.diagnose_turn(signal, known)
-        self.states.over(*UNTIL_GOOD_TURN)
-        sizes: dict[str, Size] = dict(finding.sizes)
-        sizes[CHANGE] = self._change(cut, finding)
-        trends = self.trends.setdefault(mode.name, {})
-        smooth: dict[str, Size] = {}
-        remaining: dict[str, Remaining] = {}
-        for name, size in sizes.items():
-            if name not in self._plan.limits:
-                continue
-            trend = trends.setdefault(name, Trend(self._plan.window))
-            smooth[name] = trend.add(cut.end_ns / NANO, size)
-            if trend.full:
-                outcome.events += self._judge(name, cut, smooth[name])
-            if name != CHANGE and smooth[name].low > 0.0:
-                limit = self._plan.limits[name].end
-                found = remaining_time(trend.history, limit, cut.end_ns / NANO, trend.stride)
-                if found is not None:
-                    remaining[name] = found
-        self.last = {
-            "time_ns": cut.end_ns,
-            "mode": mode.name,
-            "problem": "",
-            "verdict": finding.verdict,
-            "healthy": finding.healthy,
-            "probability": finding.probability,
-            "level": finding.level,
-            "novelty": finding.novelty,
-            "sizes": {name: list(size) for name, size in smooth.items()},
-            "remaining": {name: [r.median, r.low, r.high] for name, r in remaining.items()},
-        }
-        return Turn(self.turns, cut, None, finding, smooth, remaining)
-
-    def _judge(self, name: str, cut: CutTurn, size: Size) -> list[Event]:
-        """What a fault explains is no unknown change: CHANGE is not raised beside an active fault."""
-        explained = any(one.active for other, one in self.conditions.items() if other != CHANGE)
-        if name == CHANGE and explained:
-            size = Size(0.0, 0.0, 0.0)
-        happened = self.conditions[name].judge(cut.end_ns, size, self._plan.limits[name], cut.mode.name)
-        return [replace(event, turn=self.turns) for event in happened]
-
-    def _change(self, cut: CutTurn, finding: Finding) -> Size:
-        """How far a turn is from what was taught and from what is usual, the greater of both; 1 and more is far."""
-        record = cut.turn.record
-        assert record is not None
-        key, stations = f"{cut.mode.name} {cut.by_pulse}", self._plan.stations if cut.by_pulse else 0
-        far, factor = self.baselines.far(key, record, cut.mode.rate, finding.level, stations)
-        if factor is not None:
-            text = f"all frequencies have changed by the factor {factor:.3g}: sensor, gain or range was changed"
-            self.states.note("swapped", cut.end_ns, text)
-        value = max(far, finding.novelty or 0.0)
-        return Size(value, value, value)
+        return self._diagnoser.diagnose_turn(signal, known)
 
     # ------------------------------------------------------------------------------------------------ what is known
 
@@ -270,7 +229,7 @@ class Pipeline:
             "alarms": alarms,
             "states": {name: values for name, values in self.states.to_dict().items()},
             "active_states": self.states.active,
-            "last": self.last,
+            "last": self.watch.shown(),
         }
 
     def first_needed_ns(self) -> int | None:
@@ -290,10 +249,7 @@ class Pipeline:
             "until_ns": self.until_ns,
             "heard_ns": self.heard_ns,
             "sensor": self.sensor,
-            "last": self.last,
             "references": self.references,
-            "trends": {m: {n: trend.to_dict() for n, trend in trends.items()} for m, trends in self.trends.items()},
-            "baselines": self.baselines.to_dict(),
-            "conditions": {name: one.to_dict() for name, one in self.conditions.items()},
+            **self.watch.to_dict(),
             "seen": self._order.seen,
         }

@@ -59,7 +59,7 @@ class Turn:
     problem   state and sentence where it was not diagnosed
     finding   what it shows; None where there is a problem
     sizes     smoothed, by quantity
-    remaining time to the limit, by quantity, where it can be told
+    remaining running time to the limit, by quantity, where it can be told
     """
 
     number: int

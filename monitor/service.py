@@ -6,7 +6,7 @@ import contextlib
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ import uvicorn
 from classifier.model import load_model
 from indexer_cli.places.local import LocalPlace
 from indexer_env.errors import IndexerError, refuse
+from monitor.alarms import Limits
 from monitor.analysis.classifier import ClassifierDiagnoser
 from monitor.analysis.finding import Diagnoser
 from monitor.analysis.twin import TwinDiagnoser, limits_of
@@ -23,7 +24,7 @@ from monitor.engine import Engine
 from monitor.given import check_at_hand
 from monitor.leases import Leases
 from monitor.outputs.metrics import Metrics
-from monitor.outputs.outbox import Sender
+from monitor.outputs.outbox import Sender, forget_others
 from monitor.outputs.publish import CHANNEL as MQTT_CHANNEL
 from monitor.outputs.publish import MqttDelivery
 from monitor.outputs.webhook import CHANNEL as WEB_CHANNEL
@@ -121,6 +122,8 @@ class Service:
         )  # fmt: skip
         if self.broker is not None:
             self._sources += self._fed(self.broker)
+        if self._leases is None:
+            forget_others(self._store, channels)
         self._make_senders(opened)
         gate = Gate(settings.access)
         for source in self._sources:
@@ -267,8 +270,7 @@ class Service:
             delivery = WebhookDelivery(settings.webhook.url, settings.webhook.secret)
             self._senders.append(Sender(self._store, WEB_CHANNEL, delivery, self._leads))
         if settings.publish is not None:
-            built_in = self.broker
-            broker = self._broker_of_url()[0] if built_in is None else Broker(HOST, built_in.port, version=3)
+            broker = self._broker_of_url()[0] if self.broker is None else Broker(HOST, self.broker.port, version=3)
             publishing = MqttDelivery(broker, settings.publish, settings.client_id)
             opened.callback(publishing.close)
             self._senders.append(Sender(self._store, MQTT_CHANNEL, publishing, self._leads))
@@ -278,7 +280,7 @@ def _diagnoser(settings: Settings) -> tuple[Diagnoser, Settings]:
     """Whoever diagnoses, and the settings with the limits that belong to him."""
     if settings.twin is None:
         diagnoser = ClassifierDiagnoser([load_model(path) for path in settings.models])
-        _check_limits(settings, diagnoser)
+        _check_limits("limits", settings.plan.limits, diagnoser)
         if diagnoser.needs_radius and settings.plan.sensor_radius is None:
             remedy = "give sensor_radius=NUMBER"
             rule = "the accelerometers' distance from the table's axis in m, as the model was taught at a known one"
@@ -287,10 +289,12 @@ def _diagnoser(settings: Settings) -> tuple[Diagnoser, Settings]:
     diagnoser = TwinDiagnoser(Twin.load(settings.twin), settings.load_torque, settings.motor_speeds)
     unknown = {name: limits for name, limits in settings.plan.limits.items() if name == CHANGE}
     limits = limits_of(diagnoser.twin, settings.twin_limits, settings.deadband) | unknown
+    _check_limits("twin_limits", limits, diagnoser)
     return diagnoser, replace(settings, plan=replace(settings.plan, limits=limits))
 
 
-def _check_limits(settings: Settings, diagnoser: Diagnoser) -> None:
-    watched = set(settings.plan.limits) & set(diagnoser.quantities)
-    if not watched:
-        raise refuse("monitor", "limits", f"limits of what the model tells ({', '.join(diagnoser.quantities)})", None)
+def _check_limits(key: str, limits: Mapping[str, Limits], diagnoser: Diagnoser) -> None:
+    """Whether anything is watched; `key`: where limits can be given."""
+    if not set(limits) & set(diagnoser.quantities):
+        told = f"limits of what the model or twin tells ({', '.join(diagnoser.quantities)}), of one of them at least"
+        raise refuse("monitor", key, told, None, "else nothing is watched")

@@ -53,7 +53,7 @@ class Event:
     """Something that happened to an alarm; `told`: whether it goes out to people; `turn`: number of the turn that led
     to it, None where an operator did it.
 
-    kind: raised, lowered, ended, again, acknowledged, shelved, unshelved, noted.
+    kind: raised, lowered, ended, again, acknowledged, repaired, shelved, unshelved, noted.
     """
 
     time_ns: int
@@ -153,9 +153,32 @@ class Condition:
         """Whether it tells nobody for now."""
         return self.shelved_until_ns is not None
 
+    @property
+    def mode(self) -> str | None:
+        """The mode that holds the level; None: there is no level above normal, or its mode is no more."""
+        held = [mode for mode, stand in self._stands.items() if stand.level == self.level]
+        return held[-1] if self.active and held else None
+
+    def at(self, time_ns: int, size: Size | None = None) -> list[Event]:
+        """What time alone brings about, with the size where a turn has told it; returns what happened."""
+        events = []
+        if self.shelved_until_ns is not None and time_ns >= self.shelved_until_ns:
+            self.shelved_until_ns = None
+            events.append(self._event(time_ns, "unshelved", size))
+        if self.active and self.acknowledged and time_ns - self._asked_ns >= self._rules.re_alarm_h * HOUR_NS:
+            self.acknowledged, self._asked_ns = False, time_ns
+            events.append(self._event(time_ns, "again", size))
+        return events
+
+    def set_clock(self, shift_ns: int) -> None:
+        """The sender's clock was set by so much [ns]: all times are those of the new one."""
+        self.since_ns = None if self.since_ns is None else self.since_ns + shift_ns
+        self.shelved_until_ns = None if self.shelved_until_ns is None else self.shelved_until_ns + shift_ns
+        self._asked_ns += shift_ns
+
     def judge(self, time_ns: int, size: Size, limits: Limits, mode: str) -> list[Event]:
         """Take in the smoothed size of a turn of a mode; returns what happened."""
-        events, before = self._unshelved_in_time(time_ns, size), self.level
+        events, before = self.at(time_ns, size), self.level
         stand = self._stands.get(mode)
         if stand is None or self._left.level > stand.level:
             stand, self._left = self._left, _Stand({})
@@ -168,9 +191,6 @@ class Condition:
         elif self.level < before:
             events.append(self._event(time_ns, "lowered" if self.active else "ended", size))
             self.since_ns = self.since_ns if self.active else None
-        elif self.active and self.acknowledged and time_ns - self._asked_ns >= self._rules.re_alarm_h * HOUR_NS:
-            self.acknowledged, self._asked_ns = False, time_ns
-            events.append(self._event(time_ns, "again", size))
         return events
 
     def acknowledge(self, time_ns: int, user: str, note: str = "") -> Event:
@@ -201,11 +221,17 @@ class Condition:
             raise refuse("alarm", "note", "a text", note)
         return self._event(time_ns, "noted", None, user, note)
 
-    def _unshelved_in_time(self, time_ns: int, size: Size) -> list[Event]:
-        if self.shelved_until_ns is None or time_ns < self.shelved_until_ns:
-            return []
-        self.shelved_until_ns = None
-        return [self._event(time_ns, "unshelved", size)]
+    def repaired(self, time_ns: int, user: str, note: str = "") -> Event:
+        """An operator has repaired or changed the part, and so has seen the alarm; its level ends by turns. Raises
+        ParameterError for a long note."""
+        note = _note(note)
+        self.acknowledged, self._asked_ns = True, max(time_ns, self._asked_ns)
+        return self._event(time_ns, "repaired", None, user, note)
+
+    def end(self, time_ns: int, note: str) -> Event:
+        """It ends without a turn that would show it, for the reason in the note."""
+        self._left, self._stands, self.since_ns = _Stand({}), {}, None
+        return self._event(time_ns, "ended", None, note=note)
 
     def _event(self, time_ns: int, kind: str, size: Size | None, user: str = "", note: str = "") -> Event:
         value, low, high = (None, None, None) if size is None else size

@@ -98,9 +98,15 @@ class Baselines:
 
     def far(self, key: str, record: np.ndarray, rate: float, level: float, stations: int) -> tuple[float, float | None]:
         """How far the level [unit of the record] of a turn's record, and that of each station, lies from what is usual,
-        in units of SCATTERS scatters, and the factor by which the gain has jumped; None: it has not."""
+        in units of SCATTERS scatters, and the factor by which the gain has jumped; None: it has not. What is usual is
+        learnt anew from a jump on."""
         baseline = self._baselines.setdefault(key, Baseline())
         factor = baseline.gain(record, rate)
+        if factor is not None:
+            # What was usual is so no longer, at no speed.
+            self.clear()
+            baseline = self._baselines[key] = Baseline()
+            baseline.gain(record, rate)
         levels = station_levels(record, stations) if stations else []
         away = baseline.add(np.array([np.log(max(level, 1e-12)), *levels]))
         return 0.0 if away is None else float(np.abs(away).max()) / SCATTERS, factor

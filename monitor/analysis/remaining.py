@@ -44,8 +44,8 @@ _DRAWS = 80
 
 @dataclass(frozen=True)
 class Remaining:
-    """Time until a quantity reaches its limit [s]: median and the ends of the 90 % interval; an end that is infinite
-    lies beyond FARTHEST histories."""
+    """Running time until a quantity reaches its limit [s]: median and the ends of the 90 % interval; an end that is
+    infinite lies beyond FARTHEST histories."""
 
     median: float
     low: float
@@ -58,11 +58,11 @@ def remaining_time(history: np.ndarray, limit: float, now: float, turns: int = 1
     Parameters
     ----------
     history : numpy.ndarray, shape (n, 4)
-        Time [s], value and the ends of its 90 % interval.
+        Running time [s], value and the ends of its 90 % interval.
     limit : float
         Of the quantity, in its unit.
     now : float
-        Time from which the rest counts [s].
+        Running time from which the rest counts [s].
     turns : int
         Of which each point is the mean.
 

@@ -36,19 +36,21 @@ class Trend:
         body = body or {}
         self._window = window
         self._recent: list[list[float]] = _rows(body.get("recent", []))
-        self._points: list[list[float]] = _rows(body.get("points", []))
+        self._points: list[list[float]] = _rows(_timed(body.get("points", [])))
         self._stride = int(body.get("stride", 1))
-        self._open: list[list[float]] = _rows(body.get("open", []))
+        self._open: list[list[float]] = _rows(_timed(body.get("open", [])))
 
-    def add(self, time_s: float, size: Size) -> Size:
-        """Take in a turn at `time_s` [s]; returns the smoothed value with its interval."""
+    def add(self, time_s: float, size: Size, ran_s: float | None = None) -> Size:
+        """Take in a turn at `time_s` [s], when the machine had run for `ran_s` [s] (None: it never stood); returns the
+        smoothed value with its interval."""
         self._recent = [*self._recent, [float(_round(part)) for part in size]][-self._window :]
-        self._open.append([float(time_s), *(float(_round(part)) for part in size)])
+        ran_s = time_s if ran_s is None else ran_s
+        self._open.append([float(time_s), *(float(_round(part)) for part in size), float(ran_s)])
         if len(self._open) >= self._stride:
             self._points.append([float(_round(part, 13)) for part in np.mean(self._open, axis=0)])
             self._open = []
         if len(self._points) >= POINTS:
-            pairs = np.array(self._points[: len(self._points) // 2 * 2]).reshape(-1, 2, 4).mean(axis=1)
+            pairs = np.array(self._points[: len(self._points) // 2 * 2]).reshape(-1, 2, 5).mean(axis=1)
             rest = self._points[len(pairs) * 2 :]
             self._points = [[float(_round(part, 13)) for part in pair] for pair in pairs] + rest
             self._stride *= 2
@@ -72,10 +74,19 @@ class Trend:
     @property
     def history(self) -> np.ndarray:
         """Points (n, 4): time [s], value and the ends of its interval."""
+        return self._all[:, :4]
+
+    @property
+    def running(self) -> np.ndarray:
+        """The same points with the time for which the machine had run [s]."""
+        return self._all[:, [4, 1, 2, 3]]
+
+    @property
+    def _all(self) -> np.ndarray:
         points: Sequence[list[float]] = self._points
         if self._open:
             points = [*points, np.mean(self._open, axis=0).tolist()]
-        return np.array(points, dtype=float).reshape(-1, 4)
+        return np.array(points, dtype=float).reshape(-1, 5)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, from which the constructor makes the same trend."""
@@ -85,6 +96,11 @@ class Trend:
 def _rows(stored: Iterable[Iterable[float | None]]) -> list[list[float]]:
     """Rows as they were stored; None is how stores of earlier versions tell an end that is infinite."""
     return [[math.inf if part is None else part for part in row] for row in stored]
+
+
+def _timed(stored: Iterable[Sequence[float | None]]) -> list[list[float | None]]:
+    """Points with their running time; earlier versions took all time for it."""
+    return [[*row, row[0]] if len(row) == 4 else [*row] for row in stored]
 
 
 def _round(value: float, digits: int = _DIGITS) -> str:

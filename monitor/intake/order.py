@@ -1,10 +1,10 @@
 """Blocks as they arrive -> blocks in their order.
 
 A block follows when it begins where the last one ended, within the jitter of the sender's clock, or has the next
-number. One that is ahead waits for those between, for at most HOLD blocks or until `flush`; then the hole is a gap. One
-that is behind came twice or too late and is left out; three in a row that follow each other are a clock that was set
-back, and are used; not so where their numbers say that their time is right. A step of the clock between two
-consecutive numbers is told and loses nothing.
+number; a counter that begins anew is no hole where the time goes on. One that is ahead waits for those between, for at
+most HOLD blocks or until `flush`; then the hole is a gap. One that is behind came twice or too late and is left out;
+three in a row that follow each other are a clock that was set back, and are used; not so where their numbers say that
+their time is right. A step of the clock between two consecutive numbers is told and loses nothing.
 """
 
 from __future__ import annotations
@@ -88,11 +88,14 @@ class Order:
         off = block.start_ns - last.end_ns
         ahead = _step(last, block)
         if ahead is not None:
-            # A sender that was started anew counts from 0 again, at a later time.
-            if ahead <= 0 and off >= -self._jitter:
-                return [*self.flush(), *self._gap(block)] if self._held else self._gap(block)
-            if ahead == 1:
+            # Of a counter that begins anew at its end the time says that nothing is missing.
+            if ahead == 1 or (ahead <= 0 and abs(off) <= self._jitter):
                 return self._follow(block)
+            # A sender that was started anew counts from 0 again, at a later time.
+            if ahead <= 0 and off > 0:
+                placed, last = self.flush(), self._last or last
+                continues = abs(block.start_ns - last.end_ns) <= self._jitter
+                return [*placed, *(self._follow(block) if continues else self._gap(block))]
         else:
             ahead = 1 if abs(off) <= self._jitter else (2 if off > 0 else 0)
             if ahead == 1:
@@ -169,7 +172,10 @@ class Order:
         if len(chain) < SET_BACK or self._late(block):
             self._states.note("late", block.start_ns)
             return None
-        return [*self.flush(), *self._take(block, restart=True)]
+        placed = [*self.flush(), *self._take(block, restart=True)]
+        # Those before it were told as late by the clock that is believed now.
+        self._states.note("late", block.start_ns, count=0)
+        return placed
 
     def _late(self, block: Block) -> bool:
         """Whether a block behind has just the time that belongs to its number: no clock was set back then."""
@@ -218,6 +224,9 @@ class Order:
         off = 0 if self._last is None else block.start_ns - self._last.end_ns
         if abs(off) <= self._jitter or (restart and off > 0):
             return 0
+        if off < 0:
+            # Forward it may be a sender that paused, so that hours went by.
+            self._states.set_clock(off)
         self._states.note("clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s")
         return off
 

@@ -91,6 +91,11 @@ class States:
             if name in self._states:
                 self._states[name].active, self._states[name].open = False, {}
 
+    def set_clock(self, shift_ns: int) -> None:
+        """The sender's clock was set by so much [ns]: all times are those of the new one."""
+        for state in self._states.values():
+            state.since_ns, state.last_ns = state.since_ns + shift_ns, state.last_ns + shift_ns
+
     def age(self, now_ns: int) -> None:
         """End events that are an hour old, reckoned by the samples' own time."""
         for name, state in self._states.items():

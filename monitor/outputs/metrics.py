@@ -37,16 +37,17 @@ class Metrics:
         yield CounterMetricFamily("monitor_store_retries", "times the database could not be used", engine.retries)
         yield GaugeMetricFamily("monitor_waiting_blocks", "blocks in the queue", engine.waiting)
         level = GaugeMetricFamily("machine_alarm_level", "0 normal, 1 alert, 2 alarm, 3 danger", labels=["machine"])
-        size = GaugeMetricFamily("machine_size", "smoothed size of a quantity", labels=["machine", "quantity"])
+        size = GaugeMetricFamily("machine_size", "smoothed size of a quantity", labels=["machine", "quantity", "mode"])
         state = GaugeMetricFamily("machine_state", "1 while a state holds", labels=["machine", "state"])
         turns = CounterMetricFamily("machine_turns", "turns accepted", labels=["machine"])
         for one in self._store.machines():
             machine = one["machine"]
             level.add_metric([machine], LEVELS.index(one["level"]))
             turns.add_metric([machine], one["turns"])
-            for name, values in one["last"].get("sizes", {}).items():
-                if values[0] is not None:
-                    size.add_metric([machine, name], values[0])
+            for mode, told in one["last"].get("modes", {}).items():
+                for name, values in told["sizes"].items():
+                    if values[0] is not None:
+                        size.add_metric([machine, name, mode], values[0])
             for name in one["active_states"]:
                 state.add_metric([machine, name], 1)
         yield from (level, size, state, turns)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from monitor.store import Store, StoreDown
@@ -17,6 +17,14 @@ _LONGEST_WAIT_S = 300.0
 
 _REFUSALS = 3
 """Times that a message is refused before it is set aside."""
+
+
+def forget_others(store: Store, channels: Sequence[str]) -> None:
+    """What waits for a channel that is not configured is forgotten: it would be old news once it is switched on again.
+    Not for monitors that share a store, since each may have channels of its own."""
+    dropped = store.drop_outbox(channels)
+    if dropped:
+        _log.warning("alarms that waited for a channel that is not configured are forgotten: %d", dropped)
 
 
 class Refused(OSError):

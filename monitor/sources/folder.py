@@ -1,18 +1,19 @@
 """Files that a logger writes into a folder, of every format that `indexer ingest` reads.
 
-A file is complete once its size and time have not changed for `settle` seconds, and it is read once: its name, size and
-time go into the store together with its samples, so that neither a kill nor a restart reads it twice; where it grows
-all the same, as of a logger that paused for longer, what is new is used. A text that was seen to grow and ends within
-a line is still being written: it must rest ten times as long. Its machine is the folder below the watched
-one, or for a file that lies in it directly what stands before the first sign of _ or a digit of its name. Its time is
-the one in its name (20261122T060000Z), else that of its last change less its duration. A file that begins where the
-last one of its machine ended goes on with it; one that begins later, or earlier but ends later, is a recording of its
-own, as of a logger that records for a minute in an hour, and what lies between them is no gap. Files that are there at
-once are read in the order of their times.
+A file is complete once its size and time have not changed for `settle` seconds, and it is read once: its name, size,
+time and digest go into the store together with its samples, so that neither a kill nor a restart nor a new date alone
+reads it twice; where it grows all the same, as of a logger that paused for longer, what is new is used. A text that was
+seen to grow and ends within a line is still being written: it must rest ten times as long. Its machine is the folder
+below the watched one, or for a file that lies in it directly what stands before the first sign of _ or a digit of its
+name. Its time is the one in its name (20261122T060000Z), else that of its last change less its duration. A file that
+begins where the last one of its machine ended goes on with it; one that begins later, or earlier but ends later, is a
+recording of its own, as of a logger that records for a minute in an hour, and what lies between them is no gap. Files
+that are there at once are read in the order of their times.
 """
 
 from __future__ import annotations
 
+import hashlib
 import re
 import time
 from dataclasses import replace
@@ -36,6 +37,8 @@ for it until the longest one."""
 _WITHIN_A_LINE = 10.0
 """Times `settle` for which a text that ends within a line must rest: its logger may have paused there, but the last
 line of one that ends without a newline is to be read, too."""
+
+_NAME = 200
 
 _TIME = re.compile(r"(\d{8}T\d{6})(?:\.(\d{1,6}))?Z")
 
@@ -61,7 +64,8 @@ class FolderSource(Source):
         self, folder: Path, reading: Reading, pulse_column: str | None, settle: float, jitter: float, turn: float
     ) -> None:
         super().__init__()
-        self.name = f"folder:{folder}"
+        # However the folder is written, it is the same one; the store has room for so many signs.
+        self.name, self._former_name = f"folder:{folder.resolve()}"[-_NAME:], f"folder:{folder}"
         self._folder, self._reading, self._pulse, self._settle = folder, reading, pulse_column, settle
         self._jitter_ns, self._turn_ns = round(jitter * NANO), round(turn * NANO)
         self._seen: dict[str, tuple[str, float]] = {}
@@ -73,7 +77,7 @@ class FolderSource(Source):
 
     def run(self, engine: Engine) -> None:
         """As `Source.run`."""
-        done, lost = engine.positions(self.name), False
+        done, lost = engine.positions(self._former_name) | engine.positions(self.name), False
         while not self.stopping.is_set():
             try:
                 complete = self._complete(done)
@@ -90,12 +94,11 @@ class FolderSource(Source):
                 if machine in held and path not in self._waits:
                     continue
                 try:
-                    self._read(engine, self._folder / path, path, mark, grown=path in done)
+                    done[path] = self._once(engine, path, mark, done.get(path))
                 except OSError as error:
                     self._later(engine, path, mark, error)
                     held.add(machine)
                 else:
-                    done[path] = mark
                     self._waits.pop(path, None)
                 if self.stopping.is_set():
                     return
@@ -115,7 +118,7 @@ class FolderSource(Source):
                 continue
             name = path.relative_to(self._folder).as_posix()
             mark = f"{state.st_size} {state.st_mtime_ns}"
-            if done.get(name) == mark or not path.is_file():
+            if done.get(name, "").split()[:2] == mark.split() or not path.is_file():
                 continue
             known = self._seen.get(name)
             if known is None or known[0] != mark:
@@ -142,6 +145,17 @@ class FolderSource(Source):
         self._seen[name] = mark, time.monotonic() + wait - self._settle
         engine.broken(machine_of(Path(name)), f"{name} cannot be read ({error.strerror or error}); trying again", name)
 
+    def _once(self, engine: Engine, name: str, mark: str, before: str | None) -> str:
+        """Hand over a file that had the mark `before` when it was read last; returns its mark now, with its digest.
+        Raises OSError where it cannot be opened."""
+        path = self._folder / name
+        with path.open("rb") as file:
+            mark = f"{mark} {hashlib.file_digest(file, 'blake2s').hexdigest()}"
+        if before is None or not _same(before, mark):
+            grown = before is not None and int(mark.split()[0]) > int(before.split()[0])
+            self._read(engine, path, name, mark, grown=grown)
+        return mark
+
     def _read(self, engine: Engine, path: Path, name: str, mark: str, *, grown: bool = False) -> None:
         """Hand over a file; of one that has `grown` since it was read, what is new. Raises OSError where it cannot be
         opened."""
@@ -157,7 +171,9 @@ class FolderSource(Source):
             end_ns = blocks[-1].end_ns
             if grown:
                 # Of what was handed over before a restart it is known how far the machine's samples were used.
-                blocks = _behind(blocks, self._ends.get(name, engine.newest_ns(machine))) or blocks
+                blocks = _behind(blocks, self._ends.get(name, engine.newest_ns(machine)))
+                if not blocks:
+                    return
             blocks = self._placed(engine, name, blocks)
         except IndexerError as error:
             told = str(error)
@@ -207,6 +223,12 @@ class FolderSource(Source):
             begin = start + round(first / signal.sample_rate * NANO)
             pieces.append(Block(machine, begin, signal.sample_rate, signal.unit, signal.values[piece], pulse))
         return pieces
+
+
+def _same(before: str, mark: str) -> bool:
+    """Whether a file is as it was by its mark: size, time and digest; earlier versions kept no digest."""
+    one, other = before.split(), mark.split()
+    return one[0] == other[0] and one[2:] in ([], other[2:])
 
 
 def _within_a_line(path: Path) -> bool:

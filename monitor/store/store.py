@@ -12,6 +12,7 @@ import numpy as np
 from sqlalchemy import Connection, Engine, create_engine, delete, event, func, insert, select, text
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, NoSuchModuleError
+from sqlalchemy.exc import TimeoutError as NoConnection
 
 from indexer_cli.json_values import finite
 from indexer_env.errors import IndexerError
@@ -79,9 +80,9 @@ class Store:
         try:
             with self._engine.begin() as connection:
                 yield connection
-        except DBAPIError as error:
+        except (DBAPIError, NoConnection) as error:
             self._engine.dispose()
-            said = str(error.orig or error).splitlines()[0]
+            said = str(getattr(error, "orig", None) or error).splitlines()[0]
             if isinstance(error, IntegrityError):
                 remedy = "begin with another out, and give monitors that share a store a lease.owner each"
                 raise StoreConflict(f"another monitor has written to the store ({said}); {remedy}") from None
@@ -193,6 +194,11 @@ class Store:
         query = select(OUTBOX).where(OUTBOX.c.channel == channel).order_by(OUTBOX.c.row).limit(count)
         with self.transaction() as connection:
             return [(row.row, {"delivery": row.row, **json.loads(row.content)}) for row in connection.execute(query)]
+
+    def drop_outbox(self, channels: Sequence[str]) -> int:
+        """Forget what was to be told on other channels than these; returns how many messages."""
+        with self.transaction() as connection:
+            return connection.execute(delete(OUTBOX).where(OUTBOX.c.channel.not_in(channels))).rowcount
 
     def delivered(self, rows: Sequence[int]) -> None:
         """These were told."""

@@ -114,7 +114,7 @@ class Api:
         return _json({"events": await run_in_threadpool(self.store.events, machine, count)})
 
     async def act(self, request: Request) -> Response:
-        """An operator acknowledges, shelves, unshelves or notes: {"action": …, "note": …, "hours": …}."""
+        """An operator acknowledges, has repaired, shelves, unshelves or notes: {"action": …, "note": …, "hours": …}."""
         person: Person = request.state.person
         if not person.operator:
             return _no("only an operator may do this", 403)
@@ -123,7 +123,7 @@ class Api:
             return body
         todo = _action(body, person.name)
         if todo is None:
-            return _no("action must be acknowledge, shelve, unshelve or note", 400)
+            return _no("action must be acknowledge, repaired, shelve, unshelve or note", 400)
         machine, quantity = request.path_params["machine"], request.path_params["quantity"]
         try:
             happened = await run_in_threadpool(
@@ -158,6 +158,7 @@ def _action(body: dict[str, Any], user: str) -> Callable[[Pipeline, str], Event]
     now, note = time.time_ns(), body.get("note", "")
     return {
         "acknowledge": lambda pipeline, name: pipeline.conditions[name].acknowledge(pipeline.time_at(now), user, note),
+        "repaired": lambda pipeline, name: pipeline.watch.repair(name, pipeline.time_at(now), user, note),
         "shelve": lambda pipeline, name: pipeline.conditions[name].shelve(
             pipeline.time_at(now), body.get("hours", 8.0), user, note
         ),

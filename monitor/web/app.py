@@ -10,6 +10,7 @@ from importlib.resources import files
 from urllib.parse import urlsplit
 
 from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
@@ -72,7 +73,7 @@ def make_app(api: Api, metrics: Metrics, local: bool) -> Starlette:
         return PlainTextResponse(*(("ok", 200) if api.engine.trouble is None else ("the store cannot be used", 503)))
 
     async def told(_: Request) -> Response:
-        return PlainTextResponse(metrics.text(), media_type="text/plain; version=0.0.4")
+        return PlainTextResponse(await run_in_threadpool(metrics.text), media_type="text/plain; version=0.0.4")
 
     async def down(_: Request, __: Exception) -> Response:
         return JSONResponse({"error": "the store cannot be reached; trying again"}, 503)

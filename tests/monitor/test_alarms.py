@@ -149,3 +149,24 @@ def test_a_level_of_a_mode_that_is_no_more_goes_on_with_the_next_turn(condition)
     run(condition, 20, 20, 20, mode="fast"), run(condition, 4, 4, 4, mode="slow")
     again = Condition("backlash_deg", RULES, condition.to_dict(), ["slow"])
     assert again.level == 3 and run(again, *[0.5] * 4, mode="slow") == [("ended", "normal")]
+
+
+def test_hours_pass_without_any_turn(condition):
+    """A machine that stands still, or a sensor that is dead."""
+    run(condition, 4, 4, 4)
+    condition.acknowledge(0, "eve")
+    condition.shelve(0, 8.0, "eve")
+    assert condition.at(8 * HOUR_NS - 1) == []
+    (event,) = condition.at(8 * HOUR_NS)
+    assert (event.kind, event.level, event.value, event.told) == ("unshelved", "alert", None, True)
+    assert condition.at(10 * HOUR_NS) == [], "it was raised two nanoseconds later"
+    assert [event.kind for event in condition.at(10 * HOUR_NS + 2)] == ["again"] and not condition.acknowledged
+    assert condition.at(30 * HOUR_NS) == [], "it has asked"
+
+
+def test_a_part_that_was_repaired_is_seen_to_and_its_level_ends_by_turns(condition):
+    run(condition, 4, 4, 4)
+    event = condition.repaired(9, "eve", "new rollers")
+    assert (event.kind, event.user, event.note) == ("repaired", "eve", "new rollers")
+    assert condition.acknowledged and condition.active
+    assert run(condition, 0, 0, 0, 0) == [("ended", "normal")]

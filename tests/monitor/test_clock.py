@@ -115,3 +115,48 @@ def test_a_state_of_an_earlier_version_that_waits_for_the_old_clock_is_freed():
     again = Pipeline("m", FakeDiagnoser(), PLAN, body)
     again.restore(blocks[30:40])
     assert len(fed(again, blocks[40:])) >= 6
+
+
+def test_a_clock_that_is_set_back_moves_all_times_that_are_kept(step_h=24 * 365):
+    """A shelf of eight hours lasted a year, in which nobody was told of a danger; a state of an hour, too."""
+    pipeline, events = Pipeline("m", FakeDiagnoser(), PLAN), []
+
+    def send(seconds, level, ahead_h=0):
+        for second in seconds:
+            one = block(100 * second, 100, level=level, sequence=second)
+            outcome = pipeline.take(replace(one, start_ns=one.start_ns + ahead_h * HOUR_NS))
+            events.extend(outcome.events if outcome else [])
+
+    send(range(8), 4.0, step_h)
+    condition, before = pipeline.conditions["backlash_deg"], pipeline.conditions["backlash_deg"].to_dict()
+    condition.shelve(pipeline.newest_ns, 8.0, "eve")
+    pipeline.states.note("broken_payload", pipeline.newest_ns, "no JSON")
+    send(range(8, 12), 4.0)
+    assert condition.shelved_until_ns - pipeline.newest_ns == pytest.approx(8 * HOUR_NS, abs=HOUR_NS / 60)
+    assert condition.since_ns == before["since_ns"] - step_h * HOUR_NS
+    assert condition.to_dict()["asked_ns"] == before["asked_ns"] - step_h * HOUR_NS
+    states = pipeline.states.to_dict()
+    for name in ("broken_payload", "clock_step"):
+        assert 0 <= pipeline.newest_ns - states[name]["last_ns"] < HOUR_NS / 60
+    send(range(9 * 3600, 9 * 3600 + 8), 20.0)
+    assert [(one.kind, one.told) for one in events if one.level == "danger"] == [("raised", True)]
+    assert not pipeline.states.to_dict()["broken_payload"]["active"]
+
+
+def test_blocks_that_were_late_until_a_clock_was_believed_were_so_by_the_new_one():
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    fed(pipeline, blocks_over(-HOUR_NS, numbered=False))
+    assert 0 <= pipeline.newest_ns - pipeline.states.to_dict()["late"]["last_ns"] < 60 * NANO
+
+
+def test_hours_go_by_between_recordings_that_are_numbered_one_after_the_other():
+    """A turn every hour without `begins` looks like a clock that is set forward each time."""
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    hourly = [block(360_000 * hour, 150, level=4.0, sequence=hour) for hour in range(14)]
+    fed(pipeline, hourly[:4])
+    pipeline.conditions["backlash_deg"].shelve(pipeline.newest_ns, 8.0, "eve")
+    pipeline.states.note("broken_payload", pipeline.newest_ns, "no JSON")
+    fed(pipeline, hourly[4:])
+    assert not pipeline.conditions["backlash_deg"].shelved and "broken_payload" not in pipeline.states.active
+    history = pipeline.watch.trends["60 rpm"]["backlash_deg"]
+    np.testing.assert_array_equal(history.running, history.history)

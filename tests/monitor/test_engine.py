@@ -3,13 +3,16 @@
 import random
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from sqlalchemy import select
+from sqlalchemy.exc import TimeoutError as PoolTimeout
 
 from indexer_env.errors import ParameterError
 from monitor.engine import Arrival, Engine
+from monitor.outputs.outbox import forget_others
 from monitor.sources.replay import ReplaySource
 from monitor.store import Store, StoreDown
 from monitor.store.schema import RAW
@@ -291,3 +294,85 @@ def test_a_replay_goes_on_behind_the_last_row_that_was_kept(url, monkeypatch):
         store.close()
     assert not offered and "replayed to its end" in source.trouble and "m" in engine._ended
     assert len(starts) == len(set(starts)) and starts[-1] - starts[0] <= 9 * 10**9
+
+
+def test_a_shelf_runs_out_while_no_turn_comes(url):
+    store, engine = make(url, channels=("webhook",))
+    send(engine, 0, 1000, level=5.0)
+    shelve = lambda pipeline: pipeline.conditions["backlash_deg"].shelve(pipeline.time_at(time.time_ns()), 1e-5, "eve")  # noqa: E731
+    engine.command("m", "backlash_deg", shelve)
+    wait_for(lambda: store.events()[0]["kind"] == "unshelved")
+    assert not store.summary("m")["alarms"]["backlash_deg"]["shelved"]
+    engine.stop()
+    assert [message["kind"] for _, message in store.outbox("webhook")] == ["raised", "unshelved"]
+    store.close()
+
+
+def test_an_alarm_of_what_is_watched_no_longer_ends_in_the_log(url):
+    store, engine = make(url)
+    send(engine, 0, 1000, level=5.0)
+    engine.stop()
+    for _ in range(2):
+        engine = Engine(store, FakeDiagnoser(), replace(PLAN, limits={"crack": PLAN.limits["crack"]}))
+        engine.start()
+        wait_for(lambda: store.events()[0]["kind"] == "ended")
+        time.sleep(0.6)
+        engine.stop()
+    assert [event["kind"] for event in store.events()] == ["ended", "raised"]
+    assert "not watched" in store.events()[0]["note"] and store.summary("m")["level"] == "normal"
+    store.close()
+
+
+def test_silence_is_told_with_the_time_of_the_last_samples(url):
+    """A duration would not be renewed."""
+    store, engine = make(url, stale_s=0.2)
+    send(engine, 0, 200)
+    wait_for(lambda: "stale" in store.summary("m")["active_states"])
+    engine.stop()
+    assert store.summary("m")["states"]["stale"]["text"] == "no samples have come since 2027-01-15 08:00:02 UTC"
+    store.close()
+
+
+def test_a_repair_that_could_not_be_stored_has_not_been(url, monkeypatch):
+    store, engine = make(url)
+    send(engine, 0, 1000, level=5.0)
+    engine.stop()
+    pipeline = engine._fleet.pipelines["m"]
+    before = pipeline.to_dict()
+    repair = lambda pipeline: pipeline.watch.repair("backlash_deg", 1, "eve")  # noqa: E731
+
+    def gone():
+        raise StoreDown("no route")
+
+    with monkeypatch.context() as broken, pytest.raises(StoreDown):
+        broken.setattr(store, "transaction", gone)
+        engine.command("m", "backlash_deg", repair)
+    assert pipeline.to_dict() == before
+    assert engine.command("m", "backlash_deg", repair).kind == "repaired"
+    assert "backlash_deg" not in store.machine("m")[0]["trends"]["60 rpm"]
+    store.close()
+
+
+def test_a_database_without_a_free_connection_is_tried_again(url, monkeypatch):
+    store = Store(url)
+
+    def none_free():
+        raise PoolTimeout("QueuePool limit of size 5 overflow 10 reached, connection timed out")
+
+    monkeypatch.setattr(store._engine, "begin", none_free)
+    with pytest.raises(StoreDown, match="QueuePool"):
+        store.machines()
+
+
+def test_what_waits_for_a_channel_that_is_switched_off_is_forgotten(url, caplog):
+    store, engine = make(url, channels=("webhook", "mqtt"))
+    send(engine, 0, 1000, level=5.0)
+    engine.stop()
+    with caplog.at_level("WARNING"):
+        forget_others(store, ("mqtt",))
+        forget_others(store, ("mqtt",))
+    assert store.outbox("webhook") == [] and len(store.outbox("mqtt")) == 1
+    assert caplog.text.count("are forgotten: 1") == 1
+    forget_others(store, ())
+    assert store.outbox("mqtt") == []
+    store.close()

@@ -1,7 +1,9 @@
 """Files in time: which goes on with the last one, which is a recording of its own, and which holds no turn."""
 
 import os
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from indexer_records.measured import Reading
 from monitor.engine import Engine
 from monitor.sources.folder import FolderSource
 from monitor.store import Store
+from monitor.store.store import write_position
 from tests.monitor.fakes import PLAN, FakeDiagnoser
 from tests.monitor.test_service import wait_for
 
@@ -227,3 +230,70 @@ def test_of_a_file_that_has_grown_nothing_is_lost_while_the_engine_is_behind(tmp
     summary = store.summary("press")
     store.close()
     assert summary["turns"] == 9 and "gap" not in summary["states"] and "clock_step" not in summary["states"]
+
+
+def test_a_file_that_has_a_new_date_alone_is_not_taken_in_again(monitor, tmp_path, monkeypatch):
+    """Also after a restart; one with other samples of the same size is a recording of its own."""
+    monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)
+    path, looks = tmp_path / "press.csv", []
+
+    def write(seed, seconds):
+        values = np.random.default_rng(seed).choice([-1.5, 1.5], 300)
+        rows = "\n".join(f"{k / 100:.2f},{value:+.6f}" for k, value in enumerate(values))
+        path.write_text(f"time [s],acceleration [m/s^2]\n{rows}\n")
+        os.utime(path, (1.8e9 + seconds, 1.8e9 + seconds))
+
+    def watch(done, **more):
+        source = FolderSource(tmp_path, Reading(), None, settle=0.02, jitter=0.02, turn=1.0)
+        once = source._once
+        monkeypatch.setattr(source, "_once", lambda *given: looks.append(once(*given)) or looks[-1])
+        source.start(monitor.engine)
+        wait_for(done)
+        source.stop()
+        assert source.failure is None and monitor.engine.failure is None
+
+    write(0, 0)
+    watch(lambda: monitor.store.summary("press"))
+    os.utime(path, (1.8e9 + 3600, 1.8e9 + 3600))
+    watch(lambda: len(looks) == 2)
+    time.sleep(0.3)
+    summary = monitor.store.summary("press")
+    assert summary["turns"] == 3 and not summary["states"]
+    write(1, 7200)
+    watch(lambda: monitor.store.summary("press")["turns"] == 6)
+    assert not monitor.store.summary("press")["states"]
+
+
+def test_a_folder_is_the_same_however_it_is_written(monitor, tmp_path, monkeypatch):
+    """Also what an earlier version has read under the name as it was given."""
+    monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "logger").mkdir()
+    names = [
+        FolderSource(folder, Reading(), None, 0.0, 0.02, 1.0).name for folder in (Path("logger"), tmp_path / "logger")
+    ]
+    assert names[0] == names[1]
+    path = tmp_path / "logger" / "press_20270115T080000Z.csv"
+    path.write_text("time [s],acceleration [m/s^2]\n0.00,0.1\n0.01,0.2\n")
+    state = path.stat()
+    with monitor.store.transaction() as connection:
+        write_position(connection, "folder:logger", path.name, f"{state.st_size} {state.st_mtime_ns}")
+    source = FolderSource(Path("logger"), Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    source.start(monitor.engine)
+    time.sleep(0.3)
+    source.stop()
+    assert monitor.engine.blocks == 0 and not monitor.engine.unread.sentences
+
+
+def test_of_a_file_that_has_grown_by_nothing_that_is_new_nothing_is_used(tmp_path):
+    """All of its samples were used; they were handed over again as if they came twice."""
+    offered = []
+    engine = SimpleNamespace(newest_ns=lambda _: None, offer=lambda arrival, timeout: offered.append(arrival) or True)
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    path = tmp_path / "press_20270115T080000Z.csv"
+    rows = "\n".join(f"{k / 100:.2f},{np.sin(k):.6f}" for k in range(300))
+    path.write_text(f"time [s],acceleration [m/s^2]\n{rows}\n")
+    source._read(engine, path, path.name, "1")
+    source._ends[path.name] -= 1000
+    source._read(engine, path, path.name, "2", grown=True)
+    assert len(offered) == 1

@@ -32,7 +32,7 @@ PATH = st.one_of(
 )
 PLAIN = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20)
-    | st.sampled_from(["acknowledge", "shelve", "unshelve", "note"]),
+    | st.sampled_from(["acknowledge", "repaired", "shelve", "unshelve", "note"]),
     lambda below: st.lists(below, max_size=3) | st.dictionaries(st.text(max_size=8), below, max_size=3),
     max_leaves=8,
 )  # fmt: skip

@@ -178,3 +178,14 @@ def test_samples_that_were_lost_are_no_clock_that_was_set_forward(order, states)
     order.offer(block(5000))
     (placed,) = order.flush()
     assert placed.restart and placed.shift_ns == 0 and states.active == ["gap"]
+
+
+def test_a_counter_that_begins_anew_at_its_end_is_no_gap(order, states):
+    """Sixteen bits: 65535, then 0, also where a block before it was lost."""
+    for place in range(6):
+        (placed,) = order.offer(block(50 * place, sequence=(65533 + place) % 65536))
+        assert placed.restart == (place == 0)
+    assert states.active == []
+    assert order.offer(block(350, sequence=65535)) == []
+    assert [one.restart for one in order.offer(block(400, sequence=0))] == [True, False]
+    assert states.count("gap") == 1

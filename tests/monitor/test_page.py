@@ -128,9 +128,23 @@ def test_a_dead_sensor_is_shown_as_such(tab):
     page = open_page()
     page.get_by_role("heading", name="The machine runs as usual.").wait_for()
     monitor.send(1, 0.0)
-    page.get_by_text("it is dead").wait_for()
+    page.get_by_text("Not diagnosed: it is dead").wait_for()
+    page.get_by_role("heading", name="One machine needs attention").wait_for()
     monitor.send(1, 1.0)
-    page.get_by_text("it is dead").wait_for(state="detached")
+    page.get_by_text("Not diagnosed: it is dead").wait_for(state="detached")
+    page.get_by_role("heading", name="The machine runs as usual.").wait_for()
+
+
+def test_a_repair_is_told_on_the_page(tab):
+    monitor, open_page = tab
+    monitor.send(6, 5.0)
+    page = open_page("#/m/press-1/f/backlash_deg")
+    page.get_by_role("button", name="Repaired").press("Enter")
+    page.get_by_text("Trend and remaining time begin anew").wait_for()
+    page.get_by_label("Note (optional)").fill("new reducer")
+    page.get_by_role("button", name="Save").press("Enter")
+    page.get_by_text("local operator: new reducer").wait_for()
+    page.get_by_text("No turn was diagnosed yet.").wait_for()
 
 
 def test_a_silent_machine_and_a_broker_that_is_away_are_shown_as_such(tab):
@@ -139,9 +153,9 @@ def test_a_silent_machine_and_a_broker_that_is_away_are_shown_as_such(tab):
     page = open_page()
     page.get_by_text(troubles()[0]).wait_for()
     monitor.send(1, 1.0)
-    page.get_by_role("heading", name="The machine runs as usual.").wait_for()
+    page.get_by_role("heading", name="No alarm, but it is not certain that the machine runs as usual.").wait_for()
     monitor.engine._stale_s = 0.2
-    page.get_by_text("no samples have come for").wait_for()
+    page.get_by_text("no samples have come since 2027-01-15").wait_for()
     page.get_by_role("heading", name="One machine needs attention").wait_for()
     monitor.api.troubles = list
     monitor.hub.again()

@@ -196,3 +196,29 @@ def test_a_process_of_its_own_names_the_play_and_its_kill_is_survived(tmp_path):
     worker._process.kill()
     assert worker.ask(question) is None
     worker.end()
+
+
+def test_a_machine_that_was_looked_at_in_vain_is_looked_at_again(watched):
+    """Three turns are there, of which physics can use two: it was silent for its whole time then."""
+    monitor, make, _ = watched
+    one = make()
+    monitor.send(1, 0.0)
+    monitor.send(2, 1.0)
+    wait_for(lambda: monitor.considered == 3 and not one.waiting)
+    assert FakeWorker.asked == []
+    monitor.send(1, 1.0)
+    wait_for(lambda: one.answers == 1)
+    one.stop()
+
+
+def test_while_physics_looks_at_a_machine_this_is_not_asked_for_again(watched):
+    monitor, make, _ = watched
+    FakeWorker.may.clear()
+    one = make()
+    monitor.send(3, 1.0)
+    wait_for(lambda: FakeWorker.asked)
+    monitor.send(2, 1.0)
+    wait_for(lambda: monitor.considered == 5)
+    assert not one.waiting
+    FakeWorker.may.set()
+    one.stop()

@@ -121,16 +121,12 @@ def test_another_sensor_is_told(pipeline):
 
 
 def test_what_a_fault_explains_is_no_unknown_change():
-    class Strange(FakeDiagnoser):
-        def diagnose_turn(self, signal, conditions):
-            return replace(super().diagnose_turn(signal, conditions), novelty=9.0)
-
     pipeline = Pipeline("m", Strange(), PLAN)
     _, events = feed(pipeline, 0, 800)
     assert [(event.quantity, event.level) for event in events] == [(CHANGE, "danger")]
     pipeline = Pipeline("m", Strange(), PLAN)
-    _, events = feed(pipeline, 0, 1500, level=4.0)
-    assert not any(event.quantity == CHANGE for event in events[1:] if event.kind == "raised")
+    _, events = feed(pipeline, 0, 1500, level=20.0)
+    assert {event.quantity for event in events} == {"backlash_deg"}
 
 
 def test_samples_that_cannot_be_compared_are_a_state(pipeline):
@@ -218,3 +214,129 @@ def test_a_clock_that_was_set_back_while_the_monitor_was_off_costs_two_blocks(pi
 
 def test_samples_of_a_tone_are_those_of_the_tone():
     assert np.sqrt(np.mean(samples(2.0, 0, int(RATE)) ** 2)) == pytest.approx(2.0)
+
+
+def test_samples_before_and_after_a_refused_block_are_not_glued_together():
+    """A tenth of a second at a speed that was not taught; its samples would be missing within a turn."""
+    pipeline, turns = Pipeline("m", FakeDiagnoser(FAST, SLOW), PLAN), []
+    for number, first in enumerate(range(0, 600, 10)):
+        speed = 10.3 if first == 310 else FAST.motor_speed
+        turns += pipeline.take(block(first, 10, motor_speed=speed, sequence=number)).turns
+    assert starts(turns) == pytest.approx([0, 1, 2, 3.2, 4.2], abs=1e-6)
+    for turn, start in zip(turns, starts(turns), strict=True):
+        np.testing.assert_allclose(turn.cut.turn.record, samples(1.0, round(100 * start), 100), atol=1e-5)
+
+
+class Strange(FakeDiagnoser):
+    """Turns as strange as `novelty` says."""
+
+    novelty = 9.0
+
+    def diagnose_turn(self, signal, conditions):
+        return replace(super().diagnose_turn(signal, conditions), novelty=self.novelty)
+
+
+def test_a_change_stays_beside_a_fault_of_a_lower_level():
+    """It ended with the value 0 by the first small fault."""
+    diagnoser = Strange()
+    pipeline = Pipeline("m", diagnoser, PLAN)
+    feed(pipeline, 0, 800)
+    _, events = feed(pipeline, 800, 2400, level=4.0)
+    assert [(event.quantity, event.level) for event in events] == [("backlash_deg", "alert")]
+    assert pipeline.conditions[CHANGE].level == 3
+    feed(pipeline, 2400, 4000, level=20.0)
+    diagnoser.novelty = 0.0
+    assert feed(pipeline, 4000, 6000, level=20.0)[1] == [], "what a fault explains now is not judged"
+    _, events = feed(pipeline, 6000, 9000, level=1.0)
+    assert [(event.quantity, event.kind) for event in events][-1] == (CHANGE, "ended")
+    assert events[-1].value == pytest.approx(0.0, abs=1.0)
+
+
+def test_an_alarm_of_what_is_watched_no_longer_ends_once_with_a_note(pipeline):
+    feed(pipeline, 0, 800, level=5.0)
+    fewer = replace(PLAN, limits={CHANGE: PLAN.limits[CHANGE]})
+    again = Pipeline("m", FakeDiagnoser(), fewer, unpack(pack(pipeline.to_dict())))
+    assert "backlash_deg" in again.to_dict()["conditions"], "until it is told"
+    (event,) = again.watch.at(START_NS)
+    assert (event.quantity, event.kind, event.level, event.told) == ("backlash_deg", "ended", "normal", True)
+    assert "not watched" in event.note and again.watch.at(START_NS) == []
+    once_more = Pipeline("m", FakeDiagnoser(), PLAN, again.to_dict())
+    assert not once_more.conditions["backlash_deg"].active
+
+
+def test_the_size_beside_an_alarm_is_that_of_the_speed_that_holds_its_level():
+    pipeline = Pipeline("m", FakeDiagnoser(FAST, SLOW), PLAN)
+    for place in range(20):
+        fast = place % 2 == 0
+        count, level, speed = (100, 20.0, FAST.motor_speed) if fast else (125, 0.5, SLOW.motor_speed)
+        pipeline.take(block(1000 * place, count, level=level, motor_speed=speed, begins=True, sequence=place))
+    last = pipeline.summary()["last"]
+    assert (last["mode"], last["size_mode"]["backlash_deg"]) == ("48 rpm", "60 rpm")
+    assert last["sizes"]["backlash_deg"][0] == pytest.approx(20.0, rel=1e-3)
+    assert last["modes"]["48 rpm"]["sizes"]["backlash_deg"][0] == pytest.approx(0.5, rel=1e-3)
+    assert pipeline.conditions["backlash_deg"].mode == "60 rpm" and last["size_mode"]["crack"] == "48 rpm"
+
+
+def test_a_turn_that_is_not_diagnosed_leaves_the_time_of_the_last_sizes(pipeline):
+    feed(pipeline, 0, 500)
+    feed(pipeline, 500, 1000, level=0.0)
+    last = pipeline.summary()["last"]
+    assert last["time_ns"] == last["modes"]["60 rpm"]["time_ns"] == START_NS + 5 * NANO
+    assert (last["problem"], last["problem_ns"], last["problem_mode"]) == ("it is dead", START_NS + 10 * NANO, "60 rpm")
+    feed(pipeline, 1000, 1200)
+    assert pipeline.summary()["last"]["time_ns"] > last["problem_ns"] and not pipeline.summary()["last"]["problem"]
+
+
+def test_after_a_repair_the_remaining_time_is_that_of_the_new_life(pipeline):
+    """Two lives of equal wear, 0.05 a turn: with both in one trend the second seems to have far more time."""
+
+    def life(first, turns):
+        for turn in range(turns):
+            outcome = pipeline.take(block(100 * (first + turn), 100, level=1.0 + 0.05 * turn))
+        return outcome.turns[-1].remaining.get("backlash_deg")
+
+    life(0, 200)
+    event = pipeline.watch.repair("backlash_deg", pipeline.newest_ns, "eve", "new reducer")
+    assert event.kind == "repaired" and pipeline.watch.baselines.to_dict() == {}
+    shown = pipeline.summary()["last"]
+    assert (
+        "backlash_deg" not in shown["sizes"] and "crack" in shown["sizes"] and "backlash_deg" not in shown["remaining"]
+    )
+    left = life(200, 100)
+    assert left.low - 2 <= (12.0 - 5.95) / 0.05 <= left.high + 2
+    assert pipeline.watch.trends["60 rpm"]["backlash_deg"].history[0, 0] >= START_NS / NANO + 200
+
+
+def test_a_stop_of_weeks_is_no_time_without_wear(pipeline):
+    """Growth of 0.05 a turn, before and after three weeks: what is left counts in running time."""
+    for turn in range(160):
+        start = 100 * turn + (0 if turn < 80 else 100 * 86400 * 21)
+        outcome = pipeline.take(block(start, 100, level=1.0 + 0.05 * turn, begins=True, sequence=turn))
+    left = outcome.turns[-1].remaining["backlash_deg"]
+    assert left.median < 3 * 86400, "a day of the stop counts"
+    assert pipeline.watch.trends["60 rpm"]["backlash_deg"].history[-1, 0] > START_NS / NANO + 86400 * 21
+    again = restarted(pipeline, [])
+    assert again.watch.to_dict() == pipeline.watch.to_dict()
+
+
+def test_what_an_earlier_version_kept_of_the_last_turn_is_shown(pipeline):
+    """A dead sensor came after it, so that no further turn is diagnosed."""
+    feed(pipeline, 0, 500)
+    last = pipeline.summary()["last"]
+    former = {name: value for name, value in last.items() if name not in ("modes", "size_mode")}
+    again = Pipeline("m", FakeDiagnoser(), PLAN, {**pipeline.to_dict(), "last": {**former, "problem": "it is dead"}})
+    assert again.summary()["last"] == {**last, "problem": "it is dead"}
+    assert Pipeline("m", FakeDiagnoser(), PLAN).summary()["last"] == {"sizes": {}, "remaining": {}, "size_mode": {}}
+
+
+def test_a_change_beyond_a_fault_is_raised_beside_it():
+    """A small fault hid whatever else went wrong."""
+    diagnoser = Strange()
+    diagnoser.novelty = 0.0
+    pipeline = Pipeline("m", diagnoser, PLAN)
+    feed(pipeline, 0, 800, level=4.0)
+    diagnoser.novelty = 2.0
+    assert feed(pipeline, 800, 1600, level=4.0)[1] == [], "an alert explains an alert"
+    diagnoser.novelty = 9.0
+    _, events = feed(pipeline, 1600, 2400, level=4.0)
+    assert [(event.quantity, event.kind, event.level) for event in events] == [(CHANGE, "raised", "danger")]

@@ -340,3 +340,17 @@ def test_an_alarm_is_posted_signed_until_it_is_taken(tmp_path, monkeypatch):
     one.engine.stop()
     server.shutdown()
     server.server_close()
+
+
+def test_a_monitor_that_would_watch_nothing_is_refused(monkeypatch, tmp_path):
+    """A twin that surely sees no fault, and models without limits; both broke at their first block."""
+    told = SimpleNamespace(quantities=("crack",), needs_radius=False, twin=None)
+    for name in ("TwinDiagnoser", "ClassifierDiagnoser"):
+        monkeypatch.setattr(f"monitor.service.{name}", lambda *_: told)
+    monkeypatch.setattr("monitor.service.load_model", lambda path: path)
+    monkeypatch.setattr("monitor.service.Twin", SimpleNamespace(load=lambda path: path))
+    monkeypatch.setattr("monitor.service.limits_of", lambda *_: {})
+    for given, key in (("twin=t", "twin_limits"), ("model=m", "limits")):
+        more = ["limits.crack=null"] if key == "limits" else []
+        with pytest.raises(ParameterError, match=rf"monitor\.{key} must be limits of what .*\(crack\)"):
+            Service(settings_of(config("source=broker", "port=0", "broker_port=0", given, f"out={tmp_path}/x", *more)))

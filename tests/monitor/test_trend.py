@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from indexer_cli.json_values import finite
-from monitor.analysis.baseline import LEARNED, Baseline
+from monitor.analysis.baseline import LEARNED, Baseline, Baselines
 from monitor.analysis.finding import Size
 from monitor.analysis.remaining import ALIKE, remaining_time
+from monitor.analysis.running import Running
 from monitor.analysis.trend import POINTS, Trend
 from monitor.store.codec import pack, unpack
 
@@ -138,3 +139,45 @@ def test_a_jump_of_gain_is_told_and_a_change_of_shape_is_not():
     assert baseline.gain(healthy + 0.01 * rng.standard_normal(8200), 1000.0) is None
     assert baseline.gain(1.3 * healthy, 1000.0) == pytest.approx(1.3, rel=0.01)
     assert baseline.gain(1.3 * healthy + 0.6 * tones[3], 1000.0) is None, "one octave alone"
+
+
+def test_what_is_usual_is_learnt_anew_after_a_jump_of_gain():
+    """Without the sensor's name; else all turns from then on were far from the usual."""
+    rng, time = np.random.default_rng(3), np.arange(8200) / 1000.0
+    tones, baselines = sum(np.sin(2 * np.pi * hz * time) for hz in (1.5, 3, 6, 12, 24, 48)), Baselines()
+
+    def far(gain):
+        record = gain * (1.0 + 0.005 * rng.standard_normal()) * tones
+        return baselines.far("60 rpm", record, 1000.0, float(record.std()), 8)
+
+    assert [far(1.0)[0] for _ in range(LEARNED + 3)][:LEARNED] == [0.0] * LEARNED
+    value, factor = far(1.3)
+    assert value == 0.0 and factor == pytest.approx(1.3, rel=0.03)
+    told = [far(1.3) for _ in range(2 * LEARNED)]
+    assert max(value for value, _ in told) < 1.0 and {factor for _, factor in told} == {None}
+    assert far(1.3 * 1.08)[0] > 0.5, "it is known what is usual now"
+
+
+def test_gaps_count_as_running_up_to_a_day_and_rare_recordings_in_full():
+    """Turns every minute, a night and a month's stop; then a recording a week, of which one is lost."""
+    day, running = 86400.0, Running()
+    begun = running.turn(1.8e9)
+    for minute in range(1, 600):
+        assert running.turn(1.8e9 + 60 * minute) - begun == 60 * minute
+    ran = running.turn(1.8e9 + 60 * 599 + 0.6 * day) - begun
+    assert ran == pytest.approx(60 * 599 + 0.6 * day)
+    again = Running(running.to_dict())
+    assert again.turn(1.8e9 + 60 * 599 + 30.6 * day) - begun == pytest.approx(ran + day)
+    again.set_clock(-1e6)
+    assert again.turn(1.8e9 + 60 * 600 + 30.6 * day - 1e6) - begun == pytest.approx(ran + day + 60)
+    rare = Running()
+    assert [rare.turn(7 * day * week) / day for week in (0, 1, 2, 3, 5, 6)] == [0, 7, 14, 21, 35, 42]
+    assert rare.turn(7 * day * 100) / day == 63
+
+
+def test_a_trend_of_an_earlier_version_has_all_time_for_running_time():
+    trend = Trend(5)
+    for turn in range(200):
+        trend.add(60.0 * turn, Size(turn, turn, turn))
+    body = {**trend.to_dict(), "points": [row[:4] for row in trend.to_dict()["points"]]}
+    np.testing.assert_array_equal(Trend(5, body).running, trend.running)

@@ -1,5 +1,6 @@
 """The interface: who may what, what is told, and that nothing a caller sends breaks it."""
 
+import asyncio
 import json
 import math
 import time
@@ -15,6 +16,7 @@ from indexer_env.signal import Signal
 from indexer_records.conditions import RecordConditions
 from monitor.alarms.condition import HOUR_NS
 from monitor.analysis.finding import Size
+from monitor.outputs.metrics import Metrics
 from monitor.settings import Access
 from tests.monitor.conftest import WAIT_S, running
 from tests.monitor.fakes import RATE, FakeDiagnoser, samples
@@ -92,6 +94,21 @@ def test_an_alarm_is_acknowledged_with_a_note_once(client, monitor):
     assert client.post(path, json={"action": "unshelve"}).status_code == 200
     kinds = [event["kind"] for event in client.get("/api/events").json()["events"]]
     assert kinds == ["unshelved", "shelved", "acknowledged", "raised"]
+
+
+def test_after_a_repair_the_trend_begins_anew(client, monitor):
+    monitor.send(12, 5.0)
+    where = "/api/machines/press-1/alarms/backlash_deg"
+    done = client.post(where, json={"action": "repaired", "note": "new reducer"})
+    assert done.status_code == 200 and (done.json()["kind"], done.json()["note"]) == ("repaired", "new reducer")
+    (machine,) = client.get("/api/fleet").json()["machines"]
+    assert machine["alarms"]["backlash_deg"]["acknowledged"] and "backlash_deg" not in machine["last"]["sizes"]
+    trends = client.get("/api/machines/press-1/trends").json()["modes"]["60 rpm"]
+    assert "backlash_deg" not in trends and "crack" in trends
+    assert client.get("/api/events").json()["events"][0]["kind"] == "repaired"
+    monitor.send(12, 1.0)
+    (machine,) = client.get("/api/fleet").json()["machines"]
+    assert machine["level"] == "normal" and machine["last"]["sizes"]["backlash_deg"][0] == pytest.approx(1.0, rel=1e-3)
 
 
 def test_a_token_that_is_no_text_is_not_known(guarded):
@@ -235,6 +252,19 @@ def test_metrics_tell_levels_and_states(client, monitor):
     assert 'machine_alarm_level{machine="press-1"} 1.0' in text
     assert 'machine_state{machine="press-1",state="dead"} 1.0' in text
     assert 'machine_turns_total{machine="press-1"} 6.0' in text
+    assert 'machine_size{machine="press-1",mode="60 rpm",quantity="backlash_deg"} 5.0' in text
+
+
+def test_metrics_are_read_beside_the_loop_that_serves_the_page(client, monkeypatch):
+    """A database that does not answer would hold up every page."""
+
+    def text(_):
+        with pytest.raises(RuntimeError, match="no running event loop"):
+            asyncio.get_running_loop()
+        return "read"
+
+    monkeypatch.setattr(Metrics, "text", text)
+    assert client.get("/metrics").text == "read"
 
 
 _JSON = st.recursive(

@@ -94,6 +94,7 @@ function ask(name, key, action) {
     try { await doIt(name, key, body); dialog.close(); } catch (refused) { error.textContent = refused.message; }
   } },
     h("h2", { id: "dialog-title" }, `${T[action] ?? T.note}: ${quantity(key)}, ${name}`),
+    action === "repaired" && h("p", {}, T.repairedHelp),
     h("label", { for: "note" }, action === "note" ? T.noteNeeded : T.noteLabel), note, error,
     h("p.actions", {}, h("button.primary", { type: "submit" }, T.send),
       h("button", { type: "button", onclick: () => dialog.close() }, T.cancel)));

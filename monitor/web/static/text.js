@@ -76,26 +76,28 @@ export function unitOf(name) {
 export const LEVELS = { normal: "Normal", alert: "Alert", alarm: "Alarm", danger: "Danger" };
 
 export const EVENTS = {
-  raised: "raised", lowered: "lowered", ended: "ended", again: "asks again", acknowledged: "acknowledged",
+  raised: "raised", lowered: "lowered", ended: "ended", again: "asks again", acknowledged: "acknowledged", repaired: "repaired",
   shelved: "shelved", unshelved: "no longer shelved", noted: "note",
 };
 
 export const T = {
   fleet: "All machines",
   allWell: (n) => n === 1 ? "The machine runs as usual." : `All ${n} machines run as usual.`,
+  unsure: (n) => `No alarm, but it is not certain that ${n === 1 ? "the machine runs" : `all ${n} machines run`} as usual.`,
   wrong: (n) => n === 1 ? "One machine needs attention" : `${n} machines need attention`,
   none: "No machine has sent samples yet.",
   noneHelp: "The monitor listens. A machine appears here with its first block of samples; docs/tutorials/monitor.md shows how to send one.",
   live: "live", lost: "Connection lost; what you see may be old. Trying again …",
-  since: (t) => `since ${t}`,
+  since: (t) => `since ${t}`, at: (mode) => `at ${mode}`,
   percent: (p) => `${Math.min(99, Math.round(100 * p))} %`,
   sure: (p) => `the network is ${T.percent(p)} sure of it`,
-  left: (r) => `Danger in about ${r}`,
+  left: (r) => `Danger in about ${r} of running`,
   leftNone: "No time to danger can be told yet.",
   waiting: "The first turns are being taken in.",
   unacked: "not acknowledged", shelved: (t) => `shelved until ${t}`,
   problems: "Sensor and samples", faults: "Faults", log: "Alarm log", turns: "Turns", noLog: "No alarm yet.",
   acknowledge: "Acknowledge", shelve: "Shelve 8 h", unshelve: "End shelving", note: "Add note",
+  repaired: "Repaired", repairedHelp: "Trend and remaining time begin anew with the next turn, and what is usual here is learnt again.",
   send: "Save", cancel: "Cancel", noteLabel: "Note (optional)", noteNeeded: "Note",
   trend: "Trend", noTrend: "No turn was diagnosed yet.", healthyTurn: "healthy turn", thisTurn: "this turn",
   record: "Acceleration over the turn", spectrum: "Amplitude by order (cycles a turn)",
@@ -103,7 +105,7 @@ export const T = {
   bands: "What spoke for the verdict", notDiagnosed: "Not diagnosed",
   signIn: "Sign in", token: "Token", signInHelp: "This monitor asks for a token. Whoever started it has set one.",
   failed: "The monitor's engine has stopped; see its log.", missing: "There is nothing here.", notFound: "Back to all machines",
-  asOf: (t) => `newest turn ${t}`, limits: "alert / alarm / danger", told: "network",
+  sizedAt: (t) => `as of ${t}`, asOf: (t) => `newest turn ${t}`, limits: "alert / alarm / danger", told: "network",
   inUnit: (unit) => `In ${unit}.`,
   physics: "What the physics says", noPhysics: "No answer yet; one comes with the next alarm and every few hours.",
   physicsOf: (turns, turn, t, took) => `of ${turns} turns up to turn ${turn}, ${t}, in ${Math.round(took)} s`,

@@ -5,20 +5,28 @@ import * as charts from "./charts.js";
 import { EVENTS, LEVELS, QUANTITIES, T, interval, quantity, remaining, size, time, unitOf } from "./text.js";
 
 const RANK = { normal: 0, alert: 1, alarm: 2, danger: 3 };
-const URGENT = ["stale", "dead", "clipped", "swapped", "overload"];
+// States in which nobody sees how a machine runs.
+const URGENT = ["stale", "dead", "clipped", "swapped", "overload", "other_speed", "no_indexing", "no_pulse", "not_comparable", "broken_payload"];
 const link = (...parts) => `#/${parts.map(encodeURIComponent).join("/")}`;
 
 export const badge = (level) => h(`span.badge.${level}`, {}, LEVELS[level]);
 
 const levelOf = (machine, name) => machine.alarms[name]?.level_name ?? "normal";
-export const rank = (machine) => RANK[machine.level] + (machine.active_states.some((one) => URGENT.includes(one)) ? 0.5 : 0);
+const blind = (machine) => Boolean(machine.last.problem) || machine.active_states.some((one) => URGENT.includes(one));
+export const rank = (machine) => RANK[machine.level] + (blind(machine) ? 0.5 : 0);
+// Seen to run as usual: nothing else is said to.
+const usual = (machine) => rank(machine) === 0 && machine.last.healthy === true;
+// Of a turn that was not diagnosed the time stands by itself; sizes are older then.
+const newest = (machine) => machine.last.problem ? machine.last.problem_ns ?? machine.last.time_ns : machine.last.time_ns;
+const verdict = (last) => last.problem ? `${T.notDiagnosed}: ${last.problem}` : last.verdict ?? T.waiting;
 
 function told(machine, name) {
-  const last = machine.last, alarm = machine.alarms[name], level = levelOf(machine, name);
-  const left = remaining(last.remaining?.[name]);
+  const last = machine.last, alarm = machine.alarms[name], level = levelOf(machine, name), mode = last.size_mode?.[name];
+  const left = remaining(last.remaining?.[name]), sized = last.modes?.[mode]?.time_ns ?? last.time_ns;
   return h("ul.facts", {},
-    h("li", {}, h("b", {}, interval(name, last.sizes?.[name])), alarm?.since_ns ? ` ${T.since(time(alarm.since_ns))}` : ""),
-    level !== "danger" && (left ? h("li", {}, T.left(left)) : level !== "normal" && name !== "change" && h("li", {}, T.leftNone)),
+    h("li", {}, h("b", {}, interval(name, last.sizes?.[name])), Object.keys(last.modes ?? {}).length > 1 && mode ? ` ${T.at(mode)}` : "",
+      last.sizes?.[name] && last.problem ? ` ${T.sizedAt(time(sized))}` : "", alarm?.since_ns ? ` ${T.since(time(alarm.since_ns))}` : ""),
+    level !== "danger" && !last.problem && (left ? h("li", {}, T.left(left)) : level !== "normal" && name !== "change" && h("li", {}, T.leftNone)),
     level !== "normal" && h("li", {}, QUANTITIES[name]?.todo[level]),
     alarm && !alarm.acknowledged && h("li.open", {}, T.unacked),
     alarm?.shelved && h("li", {}, T.shelved(time(alarm.shelved_until_ns))));
@@ -35,15 +43,16 @@ export function fleet(state) {
   if (!machines.length) return [h("h1", {}, T.none), troubles, h("p.quiet", {}, T.noneHelp)];
   const wrong = machines.filter((one) => rank(one) > 0);
   return [
-    h("h1", {}, wrong.length ? T.wrong(wrong.length) : T.allWell(machines.length)), troubles,
+    h("h1", {}, wrong.length ? T.wrong(wrong.length)
+      : !state.troubles.length && machines.every(usual) ? T.allWell(machines.length) : T.unsure(machines.length)), troubles,
     h("ul.cards", {}, machines.map((machine) => {
       const worst = machine.worst;
       return h(`li.card.${machine.level}`, {},
         h("h2", {}, h("a", { href: link("m", machine.machine) }, machine.machine), " ", badge(machine.level)),
         worst ? [h("p.what", {}, h("a", { href: link("m", machine.machine, "f", worst) }, quantity(worst))), told(machine, worst)]
-          : h("p", {}, machine.last.verdict ?? T.waiting),
+          : h("p", {}, verdict(machine.last)),
         sensorLine(machine, state.words),
-        h("p.quiet", {}, T.asOf(time(machine.last.time_ns))));
+        h("p.quiet", {}, T.asOf(time(newest(machine)))));
     })),
   ];
 }
@@ -70,7 +79,7 @@ function actions(state, machine, name, ask) {
   return h("div.actions", {},
     alarm && !alarm.acknowledged && button(T.acknowledge, "acknowledge"),
     alarm?.shelved ? button(T.unshelve, "unshelve") : alarm && button(T.shelve, "shelve"),
-    button(T.note, "note"));
+    button(T.repaired, "repaired"), button(T.note, "note"));
 }
 
 function log(events) {
@@ -93,9 +102,9 @@ export function machine(state, name, ask) {
   const noted = Object.entries(one.states).sort((a, b) => b[1].active - a[1].active || b[1].last_ns - a[1].last_ns);
   return [
     h("h1", {}, name, " ", badge(one.level)),
-    h("p", {}, one.last.problem ? `${T.notDiagnosed}: ${one.last.problem}` : one.last.verdict ?? T.waiting,
+    h("p", {}, verdict(one.last),
       !one.last.problem && one.last.probability != null ? ` (${T.sure(one.last.probability)}). ` : ". ",
-      h("span.quiet", {}, `${T.asOf(time(one.last.time_ns))}, ${one.last.mode ?? ""}`)),
+      h("span.quiet", {}, `${T.asOf(time(newest(one)))}, ${(one.last.problem && one.last.problem_mode) || one.last.mode || ""}`)),
     sensorLine(one, state.words),
     h("div.two", {}, h("div", { "data-keep": JSON.stringify(levels) }, picture(levels)),
       h("section", { "aria-label": T.faults }, h("h2", {}, T.faults), names.map((key) =>
