@@ -118,6 +118,9 @@ def machine_intervals(row: Row) -> list[bool]:
 def _holds(interval: Row, truth: float) -> bool:
     low, high = interval["low"], interval["high"]
     if interval["name"].endswith(".phase"):
+        # a whole turn, or all angles of an effect of which nothing is told, holds any
+        if high - low >= _TURN:
+            return True
         truth += _TURN * round((0.5 * (low + high) - truth) / _TURN)
     return low <= truth <= high
 

@@ -87,6 +87,12 @@ def test_intervals_of_sizes_hold_the_truth_or_not() -> None:
     assert got(rows)[SIZES] == "2 of 3 (66.7 %)"
 
 
+@pytest.mark.parametrize(("low", "high"), [(-math.inf, math.inf), (1.0, 7.5)])
+def test_a_phase_of_which_nothing_is_told_holds_any(low: float, high: float) -> None:
+    named = finding("load.imbalance", intervals=(("load.imbalance.phase", low, high),))
+    assert score.size_intervals(row([OTHER], [named])) == [True]
+
+
 def test_intervals_of_the_machine_hold_the_truth_or_not() -> None:
     """A common scale that is 10 % off misses with every parameter."""
 
