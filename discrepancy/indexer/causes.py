@@ -72,6 +72,7 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         setting, "table", phase, phase * rate[..., None] ** 2, station * force[..., None], angle,
         _over(0.1 + 0.9 * np.clip(speed, -0.1, 1.0), _PLACES), free, *(angle * one for one in frictions), *frictions,
     )  # fmt: skip
+    dry, rubbing = by_friction[: len(_STILL)], by_friction[len(_STILL) :]
     track, softer, uneven, slowly, damping, turning = _read(
         setting, "joint 2", phase, phase * carried_2[..., None], station * carried_2[..., None],
         slow * carried_2[..., None], _over(0.5 + 0.5 * np.clip(twisting, -1.0, 1.0), _PLACES),
@@ -105,10 +106,10 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         ("sensor", "time", "a gain of the sensor that changes slowly", spread(read * slow, records)),
         ("sensor", "time", "a gain of the sensor that differs from turn to turn", spread(read, own)),
         ("sensor", "time", "an offset of the sensor that changes slowly", spread(slow, records)),
-        *(("output", "station", "a friction of the table that follows its angle", dry) for dry in by_friction[:2]),
+        *(("output", "station", "a friction of the table that follows its angle", one) for one in dry),
         *(
-            ("output", "time", "a friction of the table that differs from turn to turn", spread(rubbing, own))
-            for rubbing in by_friction[2:]
+            ("output", "time", "a friction of the table that differs from turn to turn", spread(one, own))
+            for one in rubbing
         ),
     ]  # fmt: skip
     forms = [Form(joint, kind, name, residue.clean(x)) for joint, kind, name, x in rows]

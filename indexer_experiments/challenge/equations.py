@@ -190,8 +190,11 @@ def rates(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, ou
     out[4], out[5] = y[5], theta_acc
     speed = commanded(u, p.command, y[8])
     out[6] = y[7]
-    _, lever = drive_side(p, y[6], 1.0)
-    out[7] = ((speed - y[7]) * p.slip - lever * M1) / p.J_m if p.slip != 0.0 else command_rate(u, p.command, y[8])
+    if p.slip != 0.0:
+        _, lever = drive_side(p, y[6], 1.0)
+        out[7] = ((speed - y[7]) * p.slip - lever * M1) / p.J_m
+    else:
+        out[7] = command_rate(u, p.command, y[8])
     out[8], out[9] = 1.0, v2 - abs(v2) * y[9] / u.yielding
     out[12] = wandering(u, y)
     out[10], out[11] = y[11], -of_mass(u, y) / u.mass if u.mass != 0.0 else 0.0
