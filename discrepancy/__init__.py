@@ -39,7 +39,8 @@ Arrays are (window, sample); global parameters g, local ones l, windows w.
 
 from discrepancy.criteria import Criteria
 from discrepancy.estimates import Calibration, Estimate, FoundEffect
-from discrepancy.explain import Explanation, Finding, Remains, explain
+from discrepancy.explain import Explanation, Remains, explain
+from discrepancy.finding import Finding
 from discrepancy.model import NONE, Hypothesis, Model, Parameter, together
 
 __all__ = [

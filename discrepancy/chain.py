@@ -31,6 +31,11 @@ STAGES = (
     "choose the next measurement",
 )  # fmt: skip
 
+_QUIETER = (
+    "The noise is {:.0f} % of what the records themselves seem to show: the machine rings where they are quiet, as the "
+    "calibrated model tells."
+)
+
 T = TypeVar("T")
 
 
@@ -106,7 +111,7 @@ def run_chain(
     forms = subject.forms()
     answer = explain(subject.model, subject.held_out, criteria, forms, subject.elsewhere)
     begin(STAGES[1])
-    model = subject.model
+    model = answer.model
     where = attempted(STAGES[1], lambda: locate(model, answer.base.place, subject.view(model), streams[0]), None)
     left = where
     if answer.names:
@@ -117,6 +122,8 @@ def run_chain(
         with threadpool_limits(limits=1, user_api="blas"):
             origin = attempted(STAGES[1], lambda: subject.origin(model, answer.accepted.place), None)
     of_records = attempted(STAGES[1], lambda: subject.of_records(model, answer.accepted.place), ())
+    if answer.noise_share < 1.0:
+        of_records = (_QUIETER.format(100.0 * answer.noise_share), *of_records)
     begin(STAGES[2])
     gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])
@@ -138,9 +145,9 @@ def _gap(subject: Subject, answer: Explanation, rng: np.random.Generator) -> Gap
     """Each of the two may take the start states that the other one found: one that was missed must not decide."""
     before, after = (answer.held[name] for name in (answer.base.name, answer.accepted.name))
     if answer.names:
-        before, after = _pooled(subject, before, after), _pooled(subject, after, before)
-    return gap_of(before, after, subject.held_out, subject.view(subject.held_out), answer.remains.noise**2, rng)
+        before, after = _pooled(answer, before, after), _pooled(answer, after, before)
+    return gap_of(before, after, answer.held_out, subject.view(answer.held_out), answer.remains.noise**2, rng)
 
 
-def _pooled(subject: Subject, place: Point, other: Point) -> Point:
-    return Problem(subject.held_out, place.hypothesis, frozen=True).pooled(place, [other])
+def _pooled(answer: Explanation, place: Point, other: Point) -> Point:
+    return Problem(answer.held_out, place.hypothesis, frozen=True).pooled(place, [other])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,11 +10,12 @@ from dataclasses import dataclass
 from threadpoolctl import threadpool_limits
 
 from discrepancy.criteria import Criteria
-from discrepancy.estimates import Calibration, FoundEffect
+from discrepancy.estimates import Calibration
+from discrepancy.finding import Finding, finding_of
 from discrepancy.form import Form
-from discrepancy.grades import DISMISSED, FAMILY, GRADES, NAMED, STANDS_IN
+from discrepancy.grades import DISMISSED, GRADES, NAMED, STANDS_IN
 from discrepancy.held_out import closed
-from discrepancy.judging import Elsewhere, Judge, Judged
+from discrepancy.judging import Elsewhere, Judge
 from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.search import Search, Suggest
@@ -21,63 +23,13 @@ from discrepancy.selection import Fitted, Selection
 from discrepancy.written import Written, written
 from indexer_env.errors import refuse
 
+_QUIETER = 0.8
+"""Share of the noise that was estimated below which what the calibrated model leaves is believed instead: where a
+record was quiet, the machine was not, and rang on."""
+
 VERDICTS = ("found", "nothing missing", "only a remainder")
 """found: an effect is established, or a family of them; nothing missing: the calibrated model is at the noise; only a
 remainder: something is left to which no effect of the library gives a name."""
-
-
-@dataclass(frozen=True)
-class Rival:
-    """An effect that was fitted in another one's place.
-
-    Attributes
-    ----------
-    name : str
-    behind : float
-        By how much the set scores worse with it.
-    probability : float
-        That it is missing, and not the other one.
-    """
-
-    name: str
-    behind: float
-    probability: float
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One effect, or a family of them.
-
-    Attributes
-    ----------
-    grade : str
-        One of `grades.GRADES` but the last.
-    effects : tuple of FoundEffect
-        The effect with its size; of a family all members, the best first.
-    probability : float
-        That it, or one of the family, is missing.
-    inside : float
-        That what is missing in its place is in the library at all.
-    closes : float
-        Share of the gap on records held out that it closes beside the others.
-    why : str
-        The sentence of its grade.
-    rivals : tuple of Rival
-        Effects that were fitted in its place.
-    """
-
-    grade: str
-    effects: tuple[FoundEffect, ...]
-    probability: float
-    inside: float
-    closes: float
-    why: str
-    rivals: tuple[Rival, ...]
-
-    @property
-    def name(self) -> str:
-        """Its effect's name; of a family the members'."""
-        return " or ".join(effect.name for effect in self.effects)
 
 
 @dataclass(frozen=True)
@@ -131,6 +83,9 @@ class Explanation:
     selection : Selection
     criteria : Criteria
     model, held_out : Model
+        With the noise that the calibrated model shows, where that is clearly less than what was estimated.
+    noise_share : float
+        That noise over the estimated one; 1 where it was left.
     """
 
     verdict: str
@@ -148,6 +103,7 @@ class Explanation:
     criteria: Criteria
     model: Model
     held_out: Model
+    noise_share: float = 1.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -193,17 +149,30 @@ def explain(
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
     with threadpool_limits(limits=1, user_api="blas"):
+        search, models = Search(model, criteria, suggest), (model, held_out)
+        noise = search.noise_left()
+        share = noise[0] if noise[0] < _QUIETER else 1.0
+        if share < 1.0:
+            models = model.with_noise(noise), held_out.with_noise(noise)
         if criteria.tolerance is not None:
-            model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))
-        search = Search(model, criteria, suggest)
-        answer, held_at_bounds = _answer(search, search.run(), held_out, forms, elsewhere)
-        if held_at_bounds and answer.left >= criteria.much and search.in_time():
-            # it stands in for another effect, perhaps for one of the library, that then explains as much
-            selection = search.run(barred=held_at_bounds)
-            if not search.wins(answer.selection.best, selection.best):
-                other, _ = _answer(search, selection, held_out, forms, elsewhere)
-                return other if other.after < answer.after else answer
-        return answer
+            models = models[0].tolerating(criteria.tolerance), models[1].tolerating(criteria.tolerance)
+        model, held_out = models
+        search = search if model is search.whole else Search(model, criteria, suggest)
+        answer = _searched(search, held_out, forms, elsewhere)
+        return dataclasses.replace(answer, noise_share=share) if share < 1.0 else answer
+
+
+def _searched(search: Search, held_out: Model, forms: Sequence[Form], elsewhere: Elsewhere | None) -> Explanation:
+    """What a search finds, or a second one without the effects that a bound holds, where much is left."""
+    criteria = search.criteria
+    answer, held_at_bounds = _answer(search, search.run(), held_out, forms, elsewhere)
+    if held_at_bounds and answer.left >= criteria.much and search.in_time():
+        # it stands in for another effect, perhaps for one of the library, that then explains as much
+        selection = search.run(barred=held_at_bounds)
+        if not search.wins(answer.selection.best, selection.best):
+            other, _ = _answer(search, selection, held_out, forms, elsewhere)
+            return other if other.after < answer.after else answer
+    return answer
 
 
 def _answer(
@@ -214,7 +183,7 @@ def _answer(
     judge = Judge(search.fits, selection, held_out, criteria, forms, elsewhere)
     judged, accepted = judge.judged()
     told = sorted((one for one in judged if one.grade != DISMISSED), key=lambda one: GRADES.index(one.grade))
-    findings = tuple(_finding(selection, judge, one) for one in told)
+    findings = tuple(finding_of(selection, judge, one) for one in told)
     held, best, base = judge.held, judge.best, judge.base
     remains = Remains(
         held[best.name].level(held_out), math.sqrt(judge.floor), _looks_like(selection, findings, criteria)
@@ -255,40 +224,3 @@ def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Cri
     has = selection.best.place.hypothesis.names
     added = [effect.name for effect in leading.effects if effect.name not in has]
     return added[-1] if added and open_ - left > criteria.hint * open_ > 0.0 else ""
-
-
-_LISTED, _SHARPNESS, _HINTS = 3.0, 8.0, 1.0 / 6.0
-"""Effects of the library over imitations among what gets a name, and how steeply the density of the shares that effects
-close rises: 9 c⁸, nine tenths in the mean; imitations close any share alike. Of 47 findings in the challenge's tuning
-half 34 were right. And the share of what stands in that is in the library: 10 of 79 in the tuning half, 18 of 89 in the
-judging half; the share that it closes tells nothing of that, those that closed little were right rather than others."""
-
-
-def listed(closes: float, missed: float = 0.0, *, named: bool = True) -> float:
-    """Probability that what closes a share of the gap is in the library, where its law leaves so much of what a free
-    function of its variable closes: by the two laws' densities at the share that the law itself explains, or, where a
-    rule holds its name back, by how often what stands in is."""
-    if not named:
-        return _HINTS
-    odds = _LISTED * (_SHARPNESS + 1.0) * max(closes * (1.0 - missed), 0.0) ** _SHARPNESS
-    return odds / (1.0 + odds)
-
-
-def _finding(selection: Selection, judge: Judge, one: Judged) -> Finding:
-    """The finding; each set compared for its place has its posterior weight exp(-Δscore/2) of the probability that one
-    of the library's effects is missing there."""
-    k, closes = one.k, one.evidence.closes
-    gaps = {other: selection.gap(other) for other in (*selection.instead[k], selection.without[k])}
-    weights = {other: math.exp(-0.5 * max(gap, 0.0)) for other, gap in gaps.items()}
-    inside = listed(one.evidence.most, one.evidence.missed, named=one.grade in NAMED)
-    share = inside / (1.0 + sum(weights.values()))
-    members = [m for m in selection.instead[k] if one.grade == FAMILY and selection.other(m, k) in one.evidence.alike]
-    others = []
-    for member in members:
-        numbers = judge.estimates(judge.fits.on_all(member))
-        effect = next(h for h in member.effects if h.name == selection.other(member, k))
-        others.append(numbers.effect(effect.name, tuple(effect.fixed.items())))
-    rivals = tuple(Rival(selection.other(r, k), gaps[r], share * weights[r]) for r in selection.instead[k])
-    probability = share * (1.0 + sum(weights[member] for member in members))
-    untried = "" if rivals or selection.complete else " The time allowed ran out before others were tried in its place."
-    return Finding(one.grade, (one.found, *others), probability, inside, closes, f"{one.why}{untried}", rivals)

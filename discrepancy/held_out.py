@@ -81,12 +81,15 @@ def counted(place: Point, other: Point, model: Model, share: float) -> np.ndarra
     return np.arange(len(against)) != int(against.argmax()) if may_miss else np.full(len(against), True)
 
 
-def steadily(place: Point, other: Point, model: Model, share: float, least: float) -> float:
+def steadily(place: Point, other: Point, model: Model, share: float, least: float, slight: float) -> float:
     """Share of what an effect changes that it makes better, the least over the records, given places with and without
-    it. Only windows whose mean square it changes by `least` or more count: a roller of the turret acts in one of many.
-    A record without such windows does not count."""
+    it. Only windows whose mean square it changes by `least` or more count, and by as much as `slight` of what it
+    changes most: a roller of the turret acts in one of many, and elsewhere little differs. A record without such
+    windows does not count."""
     gained = (other.squares - place.squares) / model.counts
-    changed = (np.abs(gained) >= least) & counted(place, other, model, share)
+    kept = counted(place, other, model, share)
+    least = max(least, slight * float(np.abs(gained[kept]).max(initial=0.0)))
+    changed = (np.abs(gained) >= least) & kept
     records = (gained[changed & (model.groups == g)] for g in np.unique(model.groups[changed]))
     return min((float(one.clip(0.0).sum() / np.abs(one).sum()) for one in records), default=0.0)
 

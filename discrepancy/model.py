@@ -14,8 +14,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from discrepancy.jobs import Jobs
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
+
+Noise = tuple[float, float]
+"""Standard deviation, and correlation from sample to sample."""
 
 _AT_BOUND = 1e-3
 """Distance from a bound, in scaled coordinates, at which a parameter counts as held by it."""
@@ -166,35 +170,6 @@ def together(*effects: Hypothesis) -> Hypothesis:
     return Hypothesis(name, tuple(p for one in single for p in one.parameters), effects=single)
 
 
-@dataclass(frozen=True, eq=False)
-class Jobs:
-    """Windows to simulate: job i takes window `window[i]` with global parameters `points[point[i]]`, from `states[i]`.
-
-    Attributes
-    ----------
-    points : ndarray (p, g)
-        Scaled global parameters: the model's own, then the hypothesis's.
-    point, window : ndarray (n,) of int
-    states : ndarray (n, l)
-        Scaled local parameters: the unknown state in which a window starts.
-    """
-
-    points: np.ndarray
-    point: np.ndarray
-    window: np.ndarray
-    states: np.ndarray
-
-    @classmethod
-    def at(cls, z: np.ndarray, windows: np.ndarray, states: np.ndarray) -> Jobs:
-        """Windows (n,) from start states (n, l), all with the same globals (g,)."""
-        return cls(z[None], np.zeros(len(windows), dtype=np.int64), windows, states)
-
-    def each(self, states: np.ndarray) -> Jobs:
-        """All jobs (n,) once from each of the states (c, n, l)."""
-        c, n, size = states.shape
-        return Jobs(self.points, np.tile(self.point, c), np.tile(self.window, c), states.reshape(c * n, size))
-
-
 class Model(ABC):
     """A model of a machine together with records of it, cut into windows.
 
@@ -263,6 +238,15 @@ class Model(ABC):
 
     def with_all_samples(self) -> Model:
         """The model with the samples of its windows that a part may have left out."""
+        return self
+
+    def noise_left(self, residual: np.ndarray) -> Noise:
+        """The noise that residuals (w, n) show, as a share of that which was estimated. To be overridden where it was:
+        what a machine does looks like noise."""
+        return 1.0, 0.0
+
+    def with_noise(self, noise: Noise) -> Model:
+        """The model with this share of the noise that was estimated. To be overridden with `noise_left`."""
         return self
 
     def repeats(self) -> Sequence[tuple[int, int]]:

@@ -20,9 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.arrow import arrow
-from discrepancy.explain import Explanation, Finding
+from discrepancy.explain import Explanation
+from discrepancy.finding import Finding
 from discrepancy.grades import ESTABLISHED, FAMILY
-from discrepancy.model import Hypothesis, Jobs, Model
+from discrepancy.jobs import Jobs
+from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.selection import Fitted

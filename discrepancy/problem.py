@@ -22,7 +22,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from discrepancy.arrow import Arrow, arrow
-from discrepancy.model import Hypothesis, Jobs, Model
+from discrepancy.grids import by_size
+from discrepancy.jobs import Jobs
+from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 
 _GLOBAL_NUDGE, _LOCAL_NUDGE = 1e-3, 1e-2
@@ -37,6 +39,9 @@ _ROUNDS = 2
 _POLISHED, _ONE_OF = 3, 56
 """Start states per window, the best of the grid, that are refined before the best of them is kept: so many, and one of
 so many where the grid is large."""
+
+_DAMPINGS = np.array([1e-4, 1e-1, 10.0])[:, None, None]
+"""With which a start state's step is tried."""
 
 _AT_ONCE = 8192
 """Start states simulated at once, or those of one window, which bounds the memory."""
@@ -159,13 +164,14 @@ class Problem:
             z[row, column] += inward[column]
         states[1 + g + np.arange(size), :, np.arange(size)] += _LOCAL_NUDGE
         r = self.residuals(z, states)
+        changes = r[1:] - r[0]
         by_global = np.zeros((len(place.z), *r[0].shape))
-        for row, column in enumerate(columns, start=1):
+        for change, column in zip(changes, columns, strict=False):
             for k in column:
                 record = self.parameters[k].record
-                mine = slice(None) if record is None else self.model.groups == record
-                by_global[k, mine] = (r[row, mine] - r[0, mine]) / inward[k]
-        return r[0], by_global, (r[1 + g :] - r[0]) / _LOCAL_NUDGE
+                mine = True if record is None else (self.model.groups == record)[:, None]
+                np.divide(change, inward[k], out=by_global[k], where=mine)
+        return r[0], by_global, changes[g:] / _LOCAL_NUDGE
 
     def equations(self, place: Point) -> Arrow:
         """Weighted normal equations at a place, priors included."""
@@ -198,19 +204,21 @@ class Problem:
     def started(self, z: np.ndarray, states: np.ndarray, windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Start states (p, k, l) of some windows (k,) at places (p, g), (p, w, l), looked for over their grids and
         refined, and their squares (p, k)."""
+        p, k, size = len(z), len(windows), states.shape[2]
+        found, squares = np.empty((p, k, size)), np.empty((p, k))
         grids = [self.model.state_grid(self.hypothesis, row, shaken=True) for row in z]
-        p, k = len(z), len(windows)
-        mine = states[:, windows]
-        if not any(len(grid) for grid in grids):
-            jobs = Jobs(z, np.repeat(np.arange(p), k), np.tile(windows, p), mine.reshape(p * k, -1))
-            found, squares = self._refined(jobs, _ROUNDS)
-            return found.reshape(mine.shape), squares.reshape(p, k)
-        rows = [
-            self._best_starts(Jobs.at(row, windows, own), grid, own[:0], max(_POLISHED, len(grid) // _ONE_OF), rounds=1)
-            if len(grid) else self._refined(Jobs.at(row, windows, own), _ROUNDS)
-            for row, own, grid in zip(z, mine, grids, strict=True)
-        ]  # fmt: skip
-        return np.array([found for found, _ in rows]), np.array([squares for _, squares in rows])
+        apart = any(map(len, grids))
+        for points, each in by_size(grids, _AT_ONCE // max(k, 1)):
+            mine = np.repeat(np.arange(len(points)), k)
+            own = states[points][:, windows].reshape(len(mine), size)
+            jobs = Jobs(z[points], mine, np.tile(windows, len(points)), own, apart)
+            if len(each):
+                kept = max(_POLISHED, len(each) // _ONE_OF)
+                best = self._best_starts(jobs, each[:, mine], own[:0], kept, rounds=1)
+            else:
+                best = self._refined(jobs, _ROUNDS)
+            found[points], squares[points] = best[0].reshape(len(points), k, size), best[1].reshape(len(points), k)
+        return found, squares
 
     def _replaced(self, place: Point, windows: np.ndarray, states: np.ndarray, squares: np.ndarray) -> Point:
         better = squares < place.squares[windows]
@@ -232,10 +240,8 @@ class Problem:
             slope = np.moveaxis((r[1:] - r[0]) / _LOCAL_NUDGE, 0, 1)
             B, b = slope @ np.swapaxes(slope, 1, 2), (slope @ r[0][:, :, None])[:, :, 0]
             diagonal = np.einsum("wii->wi", B)
-            tried = np.array([
-                states - np.linalg.solve(B + np.eye(size) * (d * diagonal + 1e-4)[:, :, None], b[:, :, None])[:, :, 0]
-                for d in (1e-4, 1e-1, 10.0)
-            ])  # fmt: skip
+            damped = B + np.eye(size) * (_DAMPINGS * diagonal + 1e-4)[..., None]
+            tried = states - np.linalg.solve(damped, np.broadcast_to(b[..., None], (*damped.shape[:3], 1)))[..., 0]
             costs = np.concatenate([squares[None], self._tried(jobs, tried)])
             best = costs.argmin(axis=0)
             states = np.concatenate([states[None], tried])[best, np.arange(k)]
@@ -260,26 +266,25 @@ class Problem:
         at_once = max(1, _AT_ONCE // (len(grid) + len(others)))
         for part in np.array_split(windows, math.ceil(len(windows) / at_once)):
             jobs = Jobs.at(place.z, part, place.states[part])
-            place = self._replaced(place, part, *self._best_starts(jobs, grid, others, kept))
+            place = self._replaced(place, part, *self._best_starts(jobs, grid[:, None], others, kept))
         return place
 
     def _best_starts(
-        self, jobs: Jobs, grid: np.ndarray, others: np.ndarray, kept: int, rounds: int = 3
+        self, jobs: Jobs, grids: np.ndarray, others: np.ndarray, kept: int, rounds: int = 3
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Start states (k, l) of jobs (k,) at one place and their squares: the best of the grid (c, 2) and of other
-        states (o, l) after the best `kept` are refined, the best of those in all rounds."""
+        """Start states (k, l) of jobs (k,) and their squares: the best of grids (c, k, 2), or of one for all (c, 1, 2),
+        and of other states (o, l) after the best `kept` are refined, the best of those in all rounds."""
         k = len(jobs.window)
-        states = np.repeat(jobs.states[None], len(grid), axis=0)
-        states[:, :, : grid.shape[1]] = grid[:, None, :]
+        states = np.repeat(jobs.states[None], len(grids), axis=0)
+        states[:, :, : grids.shape[2]] = grids
         states = np.concatenate([states, np.repeat(others[:, None], k, axis=1)])
         order = np.argsort(self._tried(jobs, states), axis=0)[:kept]
-        best = states[order, np.arange(k)].reshape(-1, states.shape[2])
-        polished, squares = self._refined(Jobs.at(jobs.points[0], np.tile(jobs.window, len(order)), best), rounds=1)
+        polished, squares = self._refined(jobs.each(states[order, np.arange(k)]), rounds=1)
         squares = squares.reshape(-1, k)
         first = squares.argmin(axis=0)
         states, squares = polished.reshape(len(order), k, -1)[first, np.arange(k)], squares[first, np.arange(k)]
         if rounds > 1:
-            states, squares = self._refined(Jobs.at(jobs.points[0], jobs.window, states), rounds - 1)
+            states, squares = self._refined(jobs.each(states[None]), rounds - 1)
         return states, squares
 
     def merged(self, a: Point, b: Point) -> Point:

@@ -208,9 +208,10 @@ def _proposals(around: Linearised, leader: Start) -> list[Start]:
         for other in neighbours(leader.values[k], ladder):
             moved = (*leader.values[:k], other, *leader.values[k + 1 :])
             values += [moved] if k == 0 or ladders[0][0] >= 0.0 else [moved, (-moved[0], *moved[1:])]
-    low_high = [(p.low, p.high) for p in leader.effect.parameters]
-    inside = [tuple(min(max(v, low), high) for v, (low, high) in zip(one, low_high, strict=True)) for one in values]
-    return around.starts(leader.effect, inside)
+    own = leader.effect.parameters
+    inside = [tuple(min(max(v, p.low), p.high) for v, p in zip(one, own, strict=True)) for one in values]
+    # halfway between the least sizes of both signs there is no effect
+    return around.starts(leader.effect, [one for one in inside if one[0] != own[0].nominal])
 
 
 def _left(around: Linearised, starts: Sequence[Start], windows: np.ndarray) -> list[float]:

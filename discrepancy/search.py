@@ -14,9 +14,11 @@ import math
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
+import numpy as np
+
 from discrepancy.criteria import Criteria
 from discrepancy.fits import Fits
-from discrepancy.model import NONE, Hypothesis, Model
+from discrepancy.model import NONE, Hypothesis, Model, Noise
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import Race, first_of_each, race, restarted
@@ -60,6 +62,11 @@ class Search:
         self._barred: frozenset[str] = frozenset()
         given = math.inf if criteria.seconds is None else criteria.seconds
         self._end = time.process_time() + _FOR_SEARCH * given
+
+    def noise_left(self) -> Noise:
+        """The noise that the model as it came leaves, over that which was estimated."""
+        place = self.fits.begun.place
+        return self.model.with_all_samples().noise_left(self._left(place))
 
     def run(self, barred: Collection[str] = ()) -> Selection:
         """The set selected, of effects that are not `barred`."""
@@ -183,8 +190,7 @@ class Search:
         if (fitted, k) not in self._anew:
             place = restarted(self.model, fitted.place, k, self.criteria, self.in_time)
             self._anew[fitted, k] = self.fits.own(place)
-        place = self._anew[fitted, k]
-        return self.fits.fit(place) if self.in_time() and place.cost < fitted.place.cost else fitted
+        return self.fits.fit(self._anew[fitted, k]) if self.in_time() else fitted
 
     def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> Race:
         """The set with one more effect of the library, or of those that have led a race so far where it is to be
@@ -269,4 +275,8 @@ class Search:
 
     def _listed(self, place: Point) -> Mapping[str, tuple[Hypothesis, ...]]:
         """The library, with what stands out of all samples at a place."""
-        return self.model.hypotheses(Problem(self.model.with_all_samples(), place.hypothesis).left(place))
+        return self.model.hypotheses(self._left(place))
+
+    def _left(self, place: Point) -> np.ndarray:
+        """Residuals (w, n) of all samples of the windows that are searched."""
+        return Problem(self.model.with_all_samples(), place.hypothesis).left(place)

@@ -45,7 +45,7 @@ def written(
 ) -> Written:  # fmt: skip
     """The machine as it is told, with parameters at a bound at nominal and the others fitted again. What is missing has
     bent the parameters towards it where much remains of a record held out: then the nominal machine with the named
-    effects as they were found, or without them where that one predicts better. Start states on the records held out
+    effects as they were found, or without them where they close next to nothing. Start states on the records held out
     begin at the place `held`; `floor` is the mean square there that does not repeat. The effects `named` may have been
     judged beside others, with other sizes."""
     calibrated, at_nominal = _within_bounds(model, told)
@@ -63,7 +63,8 @@ def written(
     if calibrated.hypothesis.effects:
         bare = _at_nominal(model, told.believed)
         (there,) = held_places([bare], held_out, [held, without])
-        if not any(left > open_ for _, left, open_ in _left(there, without, held_out, floor, criteria)):
+        rows = _left(there, without, held_out, floor, criteria)
+        if not any(left > (1.0 - criteria.law) * open_ for _, left, open_ in rows):
             which = "This is the nominal machine with what is named"
             remarks = (f"{which}. The calibrated one is held back: {why}.", *_told_otherwise(named, told))
             return Written(bare, why, remarks)
@@ -84,7 +85,7 @@ _Left = list[tuple[int, float, float]]
 def _left(place: Point, nominal: Point, held_out: Model, floor: float, criteria: Criteria) -> _Left:
     """What a machine and the nominal one leave of each record held out."""
     place = Problem(held_out, place.hypothesis, frozen=True).pooled(place, [nominal])
-    kept = counted(place, nominal, held_out, 1.0 - criteria.closes)
+    kept = counted(place, nominal, held_out, 1.0 - criteria.written)
     places = place, nominal
     samples = [held_out.told(one.hypothesis, one.z) for one in places]
     found = []
@@ -134,9 +135,9 @@ def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria) -> 
         record = f"record {g + 1} of those held out"
         if left > open_ and (left >= criteria.at_noise or not effects):
             return f"it predicts {record} worse than the nominal machine does"
-        if left > max(criteria.at_noise, (1.0 - criteria.closes) * open_):
+        if left > max(criteria.at_noise, (1.0 - criteria.written) * open_):
             return (
                 f"it closes {100.0 * (1.0 - left / open_):.0f} % of the gap that the nominal machine leaves of "
-                f"{record}, where {100.0 * criteria.closes:.0f} % are needed"
+                f"{record}, where {100.0 * criteria.written:.0f} % are needed"
             )
     return ""

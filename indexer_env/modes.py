@@ -191,10 +191,10 @@ def _decay_of_loads(columns: Mapping[str, np.ndarray], slipping: np.ndarray, tab
     return np.maximum.reduce([friction / columns["table_inertia"], slip, np.full(len(slipping), _SLOW)])
 
 
-def quick_step(
+def quick_steps(
     model: int, features: int, rows: np.ndarray, steepest: float, speed: float, phase: float, decay: float
-) -> float:
-    """A step h [s] that resolves all of some coefficients (n, c) of one model and features, found quickly.
+) -> np.ndarray:
+    """Steps h (n,) [s] that resolve some coefficients (n, c) of one model and features each, found quickly.
 
     h ω ≤ phase [rad] for the fastest mode and for what the drive does at orders of a motor of this `speed` [rad/s], and
     h λ ≤ decay for the fastest decay, in the dwell and where the law's slope is `steepest` [-]. Modes and decays are
@@ -214,7 +214,7 @@ def quick_step(
         mobilities = _mobilities(model, columns, slope)
         square = np.maximum(square, sum(k * m for k, m in zip(stiffness, mobilities, strict=False)))
         rate = np.maximum(rate, sum(r * m for r, m in zip(damping, mobilities, strict=False)))
-    return float(min(phase / math.sqrt(square.max()), decay / rate.max()))
+    return np.minimum(phase / np.sqrt(square), decay / rate)
 
 
 def _mobilities(model: int, columns: Mapping[str, np.ndarray], slope: float) -> tuple[np.ndarray | float, ...]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from discrepancy import NONE
 from discrepancy.indexer import Experiment, IndexerModel
-from discrepancy.model import Jobs
+from discrepancy.jobs import Jobs
 from indexer_env import OperatingPoint, Run, Signal, load_machine, simulate_batch
 from indexer_env.engine import _kernel, control_kernels
 from indexer_env.vector_env import IndexerVectorEnv

@@ -12,6 +12,7 @@ import numpy as np
 from discrepancy import Explanation, explain
 from discrepancy import Finding as Found
 from discrepancy.grades import ESTABLISHED, STANDS_IN
+from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.parameters import UNCERTAINTY
 from discrepancy.model import Hypothesis
 from discrepancy.selection import Fitted
@@ -107,7 +108,8 @@ def calibrated(
 ) -> Calibrated:
     """Calibrate and extend the machine of a subject, and draw `count` machines from what its records leave open."""
     answer = explain(subject.model, subject.held_out)
-    base, model = accepted(answer) if extend else answer.base, subject.model
+    base, model = accepted(answer) if extend else answer.base, answer.model
+    assert isinstance(model, IndexerModel)
     joint = joint_of(model, base.place, uncertain)
     rng = np.random.default_rng(seed)
     z = rng.multivariate_normal(joint.mean, joint.covariance, size=count, method="eigh")
@@ -131,7 +133,7 @@ def calibrated(
     headline = _headline(answer, findings[len(model.known) :], findings[: len(model.known)])
     return Calibrated(
         machine, sensor, joint.load, paths, units, np.column_stack(values), findings, answer.verdict, headline,
-        answer.held[base.name].level(subject.held_out), math.hypot(float(np.std(scale)), uncertain.scale), spread,
+        answer.held[base.name].level(answer.held_out), math.hypot(float(np.std(scale)), uncertain.scale), spread,
         tuple(subject.notes),
     )  # fmt: skip
 

@@ -26,7 +26,8 @@ from discrepancy.drives.readings import SENSOR_LAG, commanded, lagging
 from discrepancy.drives.scales import Scales
 from discrepancy.drives.sessions import slots_of
 from discrepancy.drives.windows import Windows
-from discrepancy.model import NONE, Hypothesis, Jobs
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE, Hypothesis
 
 LOST = 1e3
 """Residual of a run that is lost, in units of the noise."""

@@ -15,7 +15,8 @@ from discrepancy.drives.effects.friction import LOAD_FRICTION
 from discrepancy.drives.effects.ripple import lines
 from discrepancy.drives.library import hypotheses_of, sized, without
 from discrepancy.drives.scales import Scales
-from discrepancy.model import NONE, Hypothesis, Jobs
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE, Hypothesis
 from discrepancy.problem import Problem
 from indexer_env.effects.sensor import SensorMainsHum
 

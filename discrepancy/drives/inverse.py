@@ -32,7 +32,8 @@ from discrepancy.drives.sessions import slots_of, zeroed
 from discrepancy.drives.track import Track
 from discrepancy.drives.user_code import checked_row, said_by_user
 from discrepancy.drives.windows import Windows
-from discrepancy.model import Hypothesis, Jobs
+from discrepancy.jobs import Jobs
+from discrepancy.model import Hypothesis
 from indexer_env.errors import ParameterError
 
 _REMEMBERED = 64

@@ -11,7 +11,7 @@ from discrepancy.indexer.reading import of_its_rate
 from indexer_env.coefficients import LawTable, Pack
 from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
 from indexer_env.kernels import layout
-from indexer_env.modes import quick_step
+from indexer_env.modes import quick_steps
 from indexer_env.sensors import Sensor
 
 _INTERVAL = 2.5e-3
@@ -133,9 +133,10 @@ def _between(rows: np.ndarray, which: np.ndarray, place: np.ndarray) -> np.ndarr
     return low + (place - before) * (high - low)
 
 
-def step_of(model: int, features: int, rows: np.ndarray, law: LawTable, speed: float) -> float:
-    """The integrator's step [s] for coefficients (n, c) of one model, features and law at a motor's speed [rad/s]."""
-    return max(quick_step(model, features, rows, law.steepest, speed, _PHASE, _DECAY), FINEST)
+def steps_of(model: int, features: int, rows: np.ndarray, law: LawTable, speed: float) -> np.ndarray:
+    """The integrator's steps (n,) [s] for coefficients (n, c) of one model, features and law at a motor's speed
+    [rad/s]."""
+    return np.maximum(quick_steps(model, features, rows, law.steepest, speed, _PHASE, _DECAY), FINEST)
 
 
 def steps_per_sample(sample_rate: float, step: float) -> int:

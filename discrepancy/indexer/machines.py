@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -47,20 +47,22 @@ class Machines:
         names = (*(p.name for p in parameters), *(together.names if together else ()), HOUSING)
         self._own = {name: NUMBER_OF[name] for name in names if name in NUMBER_OF}
         self._of = NONE
+        self._physics = {k: p for k, p in enumerate(parameters) if not p.of_record}
         self._made: dict[tuple[float, ...], tuple[Coefficients, Sensor]] = {}
 
     def coefficients(self, hypothesis: Hypothesis, points: np.ndarray) -> list[tuple[Coefficients, Sensor]]:
         """Coefficients under a load of 1, and the sensor, at each of some points (p, g); points that differ in single
         records alone share them, and so do those of one call and the next."""
-        parameters = self.parameters + hypothesis.parameters
-        own = [k for k, p in enumerate(parameters) if not p.of_record]
+        if self._of is not hypothesis:
+            every = enumerate(self.parameters + hypothesis.parameters)
+            self._physics = {k: p for k, p in every if not p.of_record}
         if self._of is not hypothesis or len(self._made) > _KEPT:
             self._of, self._made = hypothesis, {}
         found = []
-        for z in points[:, own].tolist():
+        for z in points[:, list(self._physics)].tolist():
             key = tuple(z)
             if key not in self._made:
-                values = self._values([parameters[k] for k in own], z)
+                values = self._values(self._physics.values(), z)
                 numbers = self._numbers | {number: values[name] for name, number in self._own.items() if name in values}
                 numbers["load_torque"] = 1.0 + values.get(LOAD, 0.0)
                 effects, sensor = self._extended(hypothesis, values)
@@ -79,7 +81,7 @@ class Machines:
         """Values of all global parameters by name, and of the numbers that they stand for."""
         return self._values(self.parameters + hypothesis.parameters, point.tolist())
 
-    def _values(self, parameters: Sequence[Parameter], z: Sequence[float]) -> dict[str, float]:
+    def _values(self, parameters: Iterable[Parameter], z: Sequence[float]) -> dict[str, float]:
         values = {p.name: p.value(v) for p, v in zip(parameters, z, strict=True)}
         if self.together is not None:
             values |= self.together.values(z[: self.together.axes.shape[1]], self._nominal)

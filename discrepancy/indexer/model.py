@@ -6,26 +6,42 @@ import copy
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.indexer.advance import COMMAND, in_parts, let_slip, samples_per_step, step_of, steps_per_sample
+from discrepancy.indexer.advance import COMMAND, in_parts, let_slip, samples_per_step, steps_of
+from discrepancy.indexer.laid_out import Conditions, LaidOut
 from discrepancy.indexer.library import Seen, library
 from discrepancy.indexer.lines import lines
 from discrepancy.indexer.machines import Machines
-from discrepancy.indexer.parameters import OfRecords, base_parameters, record_parameters, scaled
-from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered
+from discrepancy.indexer.parameters import base_parameters, record_parameters, scaled
+from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered, runs
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.together import Together
-from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, covering, windows_of
-from discrepancy.model import Hypothesis, Jobs, Model
-from indexer_env.coefficients import PLACES, Coefficients, Pack, coefficients
+from discrepancy.indexer.windows import Experiment, check_alike, check_enough, check_rest, covering, windows_of
+from discrepancy.jobs import Jobs
+from discrepancy.model import Hypothesis, Model, Noise
+from discrepancy.noise import autoregression, shared_noise
+from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects.measures import measures
-from indexer_env.errors import refuse
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+
+
+@dataclass(frozen=True, eq=False)
+class _At:
+    """Points of a hypothesis laid out, with the different sensors and the number (p r,) of each point's and record's:
+    a search asks for many start states at the same points."""
+
+    hypothesis: Hypothesis
+    points: bytes
+    apart: bool
+    laid: LaidOut
+    sensors: list[Sensor]
+    sensor_of: np.ndarray
 
 
 class IndexerModel(Model):
@@ -70,28 +86,14 @@ class IndexerModel(Model):
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
         self.parameters = base + of_records + tuple(p for effect in known for p in effect.parameters)
         self._machines = Machines(machine, self.sensor, self.parameters, known, together)
-        self._of_records = OfRecords(self.parameters, len(self.experiments))
         self._cut()
 
     def _cut(self) -> None:
-        self.windows = w = windows_of(self.experiments, self.machine.reduction)
-        if len(w.first) < LEAST_WINDOWS:
-            rule = f"records that hold {LEAST_WINDOWS} whole cam turns or more in all"
-            raise refuse("IndexerModel", "experiments", rule, len(w.first), "record for longer")
-        empty = set(range(len(self.experiments))) - set(w.record.tolist())
-        if empty:
-            rule, got = "records that hold a whole cam turn each", f"none in number {min(empty) + 1}"
-            raise refuse("IndexerModel", "experiments", rule, got, "record for longer, or leave it out")
-        self._rates = np.array([self.machine.reduction * e.operating_point.motor_speed for e in self.experiments])
-        self._fastest = float(self._rates.max()) / self.machine.reduction
-        self._loads = np.array([e.operating_point.load_torque for e in self.experiments])
-        self._starts = np.array([e.operating_point.start_angle for e in self.experiments])
-        self._lengths_of = np.array([len(e.signal.values) for e in self.experiments])
-        self._sample_rates = np.array([e.signal.sample_rate for e in self.experiments])
-        self.sample_rate = float(self._sample_rates[0])
-        self._noise = np.array([e.noise_level for e in self.experiments])
-        self._begun = np.array([e.begun for e in self.experiments])
-        self._periods = 2.0 * math.pi * self._sample_rates / self._rates
+        self.windows = windows_of(self.experiments, self.machine.reduction)
+        check_enough(self.windows, len(self.experiments))
+        self._stated = Conditions(self.experiments, self.machine.reduction, self.parameters)
+        self._fastest, self.sample_rate = self._stated.fastest, float(self._stated.sample_rates[0])
+        self._last: _At | None = None
         self._lay_out()
 
     def _lay_out(self) -> None:
@@ -101,15 +103,15 @@ class IndexerModel(Model):
         for i, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
             measured[i, :count] = self.experiments[record].signal.values[first : first + count]
         self._inside = np.arange(measured.shape[1]) < w.count[:, None]
-        self._reading = self.sensed(measured, w.count, w.first, self._begun[w.record], self.sample_rate)
+        self._reading = self.sensed(measured, w.count, w.first, self._stated.begun[w.record], self.sample_rate)
 
     def part(self, windows: int) -> IndexerModel:
         """Successive cam turns of each record that show all stations, and of samples that lie closer than the
         integrator's steps one for each step."""
         chosen = covering(self.windows, self.machine.stations, windows)
         item = coefficients(self.machine, OperatingPoint())
-        step = step_of(item.model, item.features, item.row[None], item.law, self._fastest)
-        every = samples_per_step(self.sample_rate, step, self.sensor)
+        step = steps_of(item.model, item.features, item.row[None], item.law, self._fastest)
+        every = samples_per_step(self.sample_rate, float(step[0]), self.sensor)
         if every == 1:
             return self._of(chosen)
         thinned = tuple(one.thinned(every) for one in self.experiments)
@@ -153,9 +155,26 @@ class IndexerModel(Model):
 
     def _lines(self, residual: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Orders and frequencies at which lines stand in every record, residuals (w, n) of all samples end to end."""
-        full, groups = self.with_all_samples(), range(len(self.experiments))
-        rows = [residual[full.groups == k][full._inside[full.groups == k]] for k in groups]
-        return lines(rows, full.sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
+        full = self.with_all_samples()
+        turns = (self._stated.rates / self.machine.reduction / (2.0 * math.pi)).tolist()
+        return lines(full._end_to_end(residual), full.sample_rate, turns)
+
+    def _end_to_end(self, residual: np.ndarray) -> list[np.ndarray]:
+        """Residuals (w, n) of each record's windows, one behind the other."""
+        return [residual[mine][self._inside[mine]] for k in range(len(self.experiments)) for mine in [self.groups == k]]
+
+    def noise_left(self, residual: np.ndarray) -> Noise:
+        rows = zip(self._end_to_end(residual), self.experiments, strict=True)
+        estimated = [row for row, experiment in rows if experiment.noise is None]
+        if not estimated or autoregression(estimated, self.sample_rate) is None:
+            return super().noise_left(residual)
+        return shared_noise(estimated, self.sample_rate)
+
+    def with_noise(self, noise: Noise) -> IndexerModel:
+        other, (share, colour) = copy.copy(self), noise
+        other.experiments = tuple(one.quieter(share, colour) for one in self.experiments)
+        other._cut()
+        return other
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         if self._machines.together is not None:
@@ -167,7 +186,7 @@ class IndexerModel(Model):
 
     def recording(self, readings: np.ndarray) -> IndexerModel:
         other = copy.copy(self)
-        measured = np.where(self._inside, readings, 0.0) * self._noise[self.groups][:, None]
+        measured = np.where(self._inside, readings, 0.0) * self._stated.noise[self.groups][:, None]
         other._reading, other._with_all = dataclasses.replace(self._reading, measured=measured), None
         return other
 
@@ -205,17 +224,28 @@ class IndexerModel(Model):
     ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Some jobs at a time, what `reading` makes of their true accelerations over the noise (k, samples), 0 beyond
         a window's end, and its sum of squares (k,)."""
+        at = self._at(hypothesis, jobs)
+        kind = jobs.point * at.laid.records + self.groups[jobs.window]
+        sensor_of = at.sensor_of[kind]
+        for some, made in self._advanced(jobs, at.laid, kind, (self.channel,), sensor_of):
+            # one sensor's jobs stand side by side
+            for part in runs(sensor_of[some]):
+                mine = some[part]
+                window = jobs.window[mine]
+                rows = reading(at.sensors[sensor_of[mine[0]]], made[part, 0], window)
+                yield mine, rows, bounded(rows, 1.0 / self._stated.noise[self.groups[window]], self.counts[window])
+
+    def _at(self, hypothesis: Hypothesis, jobs: Jobs) -> _At:
+        """The points of some jobs, or those of the last call where they are the same."""
+        points, last = jobs.points.tobytes(), self._last
+        if last and last.hypothesis is hypothesis and last.points == points and last.apart == jobs.apart:
+            return last
         extended = self._machines.coefficients(hypothesis, jobs.points)
-        clock = self._of_records.value("clock", jobs.points[jobs.point], self.windows.record[jobs.window])
-        sensors, sensor_of = numbered([s for _, s in extended], self.sensor, jobs.point, clock, self.sample_rate)
-        for some, made in self._advanced(jobs, [item for item, _ in extended], (self.channel,), sensor_of):
-            for number in np.unique(sensor_of[some]).tolist():
-                # one sensor's jobs stand side by side
-                mine = np.flatnonzero(sensor_of[some] == number)
-                window = jobs.window[some[mine]]
-                rows = reading(sensors[number], made[mine[0] : mine[-1] + 1, 0], window)
-                rows *= (1.0 / self._noise[self.windows.record[window]])[:, None]
-                yield some[mine], rows, bounded(rows, self.counts[window])
+        laid = self._stated.laid_out([item for item, _ in extended], jobs.points, apart=jobs.apart)
+        of_point = np.repeat(np.arange(len(extended)), laid.records)
+        own = numbered([sensor for _, sensor in extended], self.sensor, of_point, laid.clock, self.sample_rate)
+        self._last = _At(hypothesis, points, jobs.apart, laid, *own)
+        return self._last
 
     def machine_at(self, hypothesis: Hypothesis, point: np.ndarray) -> tuple[Machine, Sensor]:
         """Machine and sensor that a global point stands for."""
@@ -231,69 +261,37 @@ class IndexerModel(Model):
 
     def simulated(self, jobs: Jobs, items: Sequence[Coefficients], channels: Sequence[int | np.integer]) -> np.ndarray:
         """Rows of the kernel's workspace (n, channels, samples) over the jobs' windows, coefficients for each point."""
+        laid = self._stated.laid_out(items, jobs.points, apart=False)
         out = np.empty((len(jobs.window), len(channels), self._inside.shape[1]))
-        for some, made in self._advanced(jobs, items, channels, np.zeros(len(jobs.window), dtype=int)):
+        kind = jobs.point * laid.records + self.groups[jobs.window]
+        for some, made in self._advanced(jobs, laid, kind, channels, np.zeros(len(kind), dtype=int)):
             out[some] = made
         return out
 
     def _advanced(
-        self, jobs: Jobs, items: Sequence[Coefficients], channels: Sequence[int | np.integer], beside: np.ndarray
+        self, jobs: Jobs, laid: LaidOut, kind: np.ndarray, channels: Sequence[int | np.integer], beside: np.ndarray
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """The same, some jobs at a time, which fit into a core's cache; those of one number in `beside` (n,) stand side
-        by side."""
-        w, n_records, samples = self.windows, len(self.experiments), self._inside.shape[1]
-        record = w.record[jobs.window]
-        # a row for each point under the load of each record
-        kind = jobs.point * n_records + record
-        of_point, of_record = np.divmod(np.arange(len(items) * n_records), n_records)
-        pieces = items[0].law.pieces
-        table = np.stack([item.row for item in items])[of_point]
-        table[:, PLACES["law_count"]] = len(pieces)
-        load, inertia = (self._of_records.value(name, jobs.points[of_point], of_record) for name in ("load", "inertia"))
-        table[:, PLACES["load_torque"]] *= self._loads[of_record] * (1.0 + load)
-        table[:, PLACES["table_inertia"]] *= np.exp(inertia)
-        drive, speed, rates = self._motion(jobs, record)
-        counts = self.counts[jobs.window]
+        """The same of jobs of a `kind` (n,), their point and record, some jobs at a time, which fit into a core's
+        cache; those of one number in `beside` (n,) stand side by side."""
+        samples, stated = self._inside.shape[1], self._stated
         # a block of the kernel takes as long as its longest window; the last, half empty, gets the shortest ones
-        order = np.lexsort((-counts, beside))
-        groups: dict[tuple[int, int], list[int]] = {}
-        for k, item in enumerate(items):
-            groups.setdefault((item.model, item.features), []).append(k)
-        for (model, features), members in groups.items():
-            mine, of_group = order, slice(None)
-            if len(groups) > 1:
-                mine, of_group = order[np.isin(jobs.point[order], members)], np.isin(of_point, members)
-            rows, turn = table[kind[mine]], w.turn[jobs.window[mine]].astype(float)
-            states = start_states(rows, drive[mine], speed[mine], turn, jobs.states[mine])
-            pack = Pack(model, features, states, rows, pieces)
-            sample_rates = rates[mine]
-            step = step_of(model, features, table[of_group], items[0].law, self._fastest)
-            every = steps_per_sample(self.sample_rate, step)
-            if features & layout.USES_SLIP:
-                of, begun, by = record[mine], w.first[jobs.window[mine]], self.machine.reduction
+        order = np.lexsort((-self.counts[jobs.window], beside))
+        for group in laid.groups:
+            mine = order if len(laid.groups) == 1 else order[group.points[jobs.point[order]]]
+            if not len(mine):
+                continue
+            own, window, local = kind[mine], jobs.window[mine], jobs.states[mine]
+            counts, turn = self.counts[window], self.windows.turn[window].astype(float)
+            drive, speed = laid.motion(own, self.windows.first[window], counts, stated.lengths[self.groups[window]])
+            rows, rates = laid.table.take(own, axis=0), laid.sample_rate[own]
+            states = start_states(rows, drive, speed, turn, local)
+            pack = Pack(group.model, group.features, states, rows, laid.law.pieces)
+            if group.features & layout.USES_SLIP:
+                of, begun, by = self.groups[window], self.windows.first[window], self.machine.reduction
                 ahead, command, motor = let_slip(
-                    pack, kind[mine], sample_rates, every, self._periods[of], begun, self._lengths_of[of]
+                    pack, own, rates, group.every, stated.periods[of], begun, stated.lengths[of]
                 )
-                pack.states[:] = start_states(rows, drive[mine] + by * ahead, by * motor, turn, jobs.states[mine])
+                pack.states[:] = start_states(rows, drive + by * ahead, by * motor, turn, local)
                 pack.states[:, COMMAND] = command
-            for part, made in in_parts(pack, counts[mine], sample_rates, every, channels, samples):
+            for part, made in in_parts(pack, counts, rates, group.every, channels, samples):
                 yield mine[part], made
-
-    def _motion(self, jobs: Jobs, record: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Drive angle [rad] and rate [rad/s] at the start of each job's window (n,), and its true sampling rate [Hz].
-
-        With ω the mean rate over a record of length T and d what the speed drifts over it, the drive's angle is
-        α0 + ω t (1 + d (t/T - 1)/2).
-        """
-        points = jobs.points[jobs.point]
-        start, speed, drift, clock = (
-            self._of_records.value(name, points, record) for name in ("start_angle", "speed", "drift", "clock")
-        )
-        sample_rate = self._sample_rates[record] * (1.0 + clock)
-        time = self.windows.first[jobs.window] / sample_rate
-        share = time * sample_rate / self._lengths_of[record]
-        # the clock tells the speed as well: so many radians per sample stay
-        rate = self._rates[record] * (1.0 + speed) * (1.0 + clock)
-        angle = self._starts[record] + start + rate * time * (1.0 + 0.5 * drift * (share - 1.0))
-        middle = share + 0.5 * self.counts[jobs.window] / self._lengths_of[record]
-        return angle, rate * (1.0 + drift * (middle - 0.5)), sample_rate

@@ -77,17 +77,17 @@ class OfRecords:
 
     def __init__(self, parameters: Sequence[Parameter], count: int) -> None:
         at = {p.name: k for k, p in enumerate(parameters)}
-        self._columns, self._scales = {}, {}
-        for name in OF_RECORDS:
-            columns = [at.get(f"record {number}.{name}", -1) for number in range(count)]
-            self._columns[name] = np.array(columns)
-            self._scales[name] = np.array([0.0 if k < 0 else parameters[k].scale for k in columns])
+        columns = [[at.get(f"record {number}.{name}", -1) for number in range(count)] for name in OF_RECORDS]
+        self._columns = np.array(columns)
+        self._scales = np.array([[0.0 if k < 0 else parameters[k].scale for k in row] for row in columns])
+
+    def values(self, points: np.ndarray, record: np.ndarray) -> np.ndarray:
+        """Values (v, n) of all OF_RECORDS of records (n,) at global points (n, g); 0 where they are known exactly."""
+        return self._scales[:, record] * points[np.arange(len(record)), self._columns[:, record]]
 
     def value(self, name: str, points: np.ndarray, record: np.ndarray) -> np.ndarray:
-        """Value (n,) of one of OF_RECORDS of records (n,) at global points (n, g); 0 where it is known exactly."""
-        if not self._scales[name].any():
-            return np.zeros(len(record))
-        return self._scales[name][record] * points[np.arange(len(record)), self._columns[name][record]]
+        """Value (n,) of one of them."""
+        return self.values(points, record)[[*OF_RECORDS].index(name)]
 
 
 def torque_power(unit: str) -> int:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.indexer.loops import loops
 from discrepancy.indexer.nuisance import without_nuisance
 from indexer_env.filters import BRACKET_LIMIT
 from indexer_env.sensors import Sensor
@@ -87,12 +89,18 @@ def numbered(
     return [by_clock(different[int(k)], fast, rate) for k, fast in pairs.T.tolist()], number.ravel()
 
 
-def bounded(rows: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Sums of squares (k,) of residuals (k, samples), which are made 0 beyond a window's `counts` (k,) and kept within
-    what is worse than any good one, where a run failed (NaN) or left the physical range."""
-    for count in np.unique(counts).tolist():
-        if count < rows.shape[1]:
-            rows[counts == count, count:] = 0.0
+def runs(numbers: np.ndarray) -> list[slice]:
+    """Stretches of equal numbers (n,) that stand side by side."""
+    edges = [0, *(np.flatnonzero(numbers[1:] != numbers[:-1]) + 1).tolist(), len(numbers)]
+    return [slice(first, last) for first, last in itertools.pairwise(edges)]
+
+
+def bounded(rows: np.ndarray, factors: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Sums of squares (k,) of residuals (k, samples), which are multiplied by `factors` (k,), made 0 beyond a window's
+    `counts` (k,) and kept within what is worse than any good one, where a run failed (NaN) or left the physical range.
+    """
+    _, weigh = loops()
+    weigh(rows, factors, counts)
     squares = np.einsum("kn,kn->k", rows, rows)
     failed = ~(squares <= _BAD**2)
     if failed.any():
@@ -128,15 +136,14 @@ class Reading:
         """Readings of true accelerations (n, samples) less those that were measured, what is unknown of single windows
         taken out; may overwrite `acceleration`."""
         difference = self._read(sensor, acceleration, window)
-        difference -= self.measured[window]
+        subtract, _ = loops()
+        subtract(difference, self.measured, window)
         filters, hum = filters_of(sensor, self.sample_rate), sensor.hum_amplitude
         if filters or hum != 0.0:
-            counts = self.counts[window]
-            for count in np.unique(counts).tolist():
-                mine, cycles = counts == count, sensor.hum_hz / self.sample_rate
-                difference[mine, :count] = without_nuisance(
-                    difference[mine, :count], filters, hum, cycles, sensor.hum_third
-                )
+            counts, cycles = self.counts[window], sensor.hum_hz / self.sample_rate
+            for part in runs(counts):
+                own = difference[part, : counts[part.start]]
+                own[:] = without_nuisance(own, filters, hum, cycles, sensor.hum_third)
         return difference
 
     def _filtered(self, sensor: Sensor, acceleration: np.ndarray) -> np.ndarray:

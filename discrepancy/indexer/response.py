@@ -23,7 +23,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from discrepancy.indexer.model import IndexerModel
-from discrepancy.model import Jobs
+from discrepancy.jobs import Jobs
 from discrepancy.place import Point
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine

@@ -138,18 +138,19 @@ class Scan:
             inside = self.laid.inside[mine]
             power = _spectrum(pulled[mine][inside], self.laid.time[mine][inside], frequencies)
             won += power / np.interp(frequencies, coarse, np.maximum(energy, 1e-300))
-        forms = []
+        taken = []
         for _ in range(_TAKEN):
-            best = int(won.argmax())
-            frequency = float(frequencies[best])
-            won[np.abs(frequencies - frequency) < 2.0 / max(self._spans)] = 0.0
-            waves = self._waves(np.array([frequency]), joint)
-            by_record = (self.laid.groups[:, None] == self._records).astype(float)
-            where, name = {
-                "table": ("output", "a torque on the table"), "cam": ("input", "a torque on the cam shaft"),
-                "sensor": ("sensor", "a line of the sensor"),
-            }[joint]  # fmt: skip
-            columns, price = residue.clean(spread(waves, by_record)), math.log(len(frequencies))
+            taken.append(float(frequencies[int(won.argmax())]))
+            won[np.abs(frequencies - taken[-1]) < 2.0 / max(self._spans)] = 0.0
+        waves = self._waves(np.array(taken), joint)
+        by_record = (self.laid.groups[:, None] == self._records).astype(float)
+        where, name = {
+            "table": ("output", "a torque on the table"), "cam": ("input", "a torque on the cam shaft"),
+            "sensor": ("sensor", "a line of the sensor"),
+        }[joint]  # fmt: skip
+        forms, price = [], math.log(len(frequencies))
+        for k, frequency in enumerate(taken):
+            columns = residue.clean(spread(waves[..., k::_TAKEN], by_record))
             forms.append(Form(where, "frequency", f"{name} at {frequency:.3g} Hz", columns, price))
         return forms
 

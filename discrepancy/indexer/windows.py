@@ -112,6 +112,12 @@ class Experiment:
         signal = dataclasses.replace(self.signal, values=values, sample_rate=rate)
         return dataclasses.replace(self, signal=signal, noise=self.noise_level, estimate=None)
 
+    def quieter(self, share: float, colour: float) -> Experiment:
+        """The record with this share of the noise that was estimated, and its colour; itself where noise is stated."""
+        if self.noise is not None:
+            return self
+        return dataclasses.replace(self, estimate=(share * self.noise_level, colour))
+
     @functools.cached_property
     def _estimated(self) -> tuple[float, float]:
         return self.estimate or noise_of(self.signal.values, self.signal.sample_rate)
@@ -171,6 +177,17 @@ def check_alike(experiments: Sequence[Experiment], unit: str) -> None:
         raise refuse("IndexerModel", "experiments", "of one sampling rate", got, "resample them to the lowest")
 
 
+def check_enough(windows: Windows, records: int) -> None:
+    """Refuse so many records that hold too few windows, or one that holds none."""
+    if len(windows.first) < LEAST_WINDOWS:
+        rule = f"records that hold {LEAST_WINDOWS} whole cam turns or more in all"
+        raise refuse("IndexerModel", "experiments", rule, len(windows.first), "record for longer")
+    empty = set(range(records)) - set(windows.record.tolist())
+    if empty:
+        rule, got = "records that hold a whole cam turn each", f"none in number {min(empty) + 1}"
+        raise refuse("IndexerModel", "experiments", rule, got, "record for longer, or leave it out")
+
+
 def check_rest(machine: Machine) -> None:
     """Refuse a cam that still moves the table where the windows begin."""
     pieces = machine.motion_law.pieces(machine.stations, machine.motion_share)
@@ -203,13 +220,32 @@ def cut(lengths: list[int], steps: list[float], starts: list[float]) -> Windows:
 def covering(windows: Windows, stations: int, count: int) -> list[tuple[int, int]]:
     """Record and cam turn of about so many windows, or of as many as there are stations: successive turns of each
     record, those that make the numbers of times that each station is seen most equal. What a short record has less than
-    its share, the others have more."""
+    its share, the others have more; and all have more until every station is seen that a record shows."""
     records = [[turn for turn in windows.turns if turn[0] == record] for record in np.unique(windows.record)]
-    seen, chosen, left = np.zeros(stations, dtype=int), [], max(count, stations)
-    for k, mine in enumerate(sorted(records, key=len)):
-        share = max(1, math.ceil(left / (len(records) - k)))
-        runs = [mine[begin : begin + share] for begin in range(max(1, len(mine) - share + 1))]
-        counts = [seen + np.bincount([turn % stations for _, turn in run], minlength=stations) for run in runs]
-        best = min(range(len(runs)), key=lambda i: int((counts[i] ** 2).sum()))
-        seen, left, chosen = counts[best], left - len(runs[best]), [*chosen, *runs[best]]
+    shown, chosen = len({turn % stations for _, turn in windows.turns}), list[tuple[int, int]]()
+    for least in range(max(count, stations), max(count, stations, len(windows.turns)) + 1):
+        chosen = _runs(sorted(records, key=len), stations, least)
+        if len({turn % stations for _, turn in chosen}) == shown:
+            break
     return sorted(chosen)
+
+
+def _runs(records: Sequence[list[tuple[int, int]]], stations: int, count: int) -> list[tuple[int, int]]:
+    """Record and cam turn of so many windows, successive ones of each record (the shorter ones first): in turns, each
+    record takes those that make the stations' numbers most equal beside what the others have."""
+    runs, left = list[list[list[tuple[int, int]]]](), count
+    for k, mine in enumerate(records):
+        share = max(1, math.ceil(left / (len(records) - k)))
+        runs.append([mine[begin : begin + share] for begin in range(max(1, len(mine) - share + 1))])
+        left -= len(runs[k][0])
+    seen = [np.array([np.bincount([t % stations for _, t in run], minlength=stations) for run in own]) for own in runs]
+    # nothing of those that have not yet had their turn
+    taken, before = [np.zeros(stations, dtype=int) for _ in runs], list[int]()
+    best = [-1] * len(runs)
+    while best != before:
+        before = best.copy()
+        for k, own in enumerate(seen):
+            total = own + sum(one for other, one in enumerate(taken) if other != k)
+            best[k] = int((total**2).sum(axis=1).argmin())
+            taken[k] = own[best[k]]
+    return [turn for own, number in zip(runs, best, strict=True) for turn in own[number]]

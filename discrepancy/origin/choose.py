@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -187,9 +187,14 @@ def _sums(residue: Residue, forms: Sequence[Form], scan: Scan) -> tuple[dict[tup
 
 def _ranked(residue: Residue, forms: Sequence[Form]) -> list[_Row]:
     """All forms, the best first."""
+    return _weighed(residue, {form: residue.seen_through(form.columns) for form in forms})
+
+
+def _weighed(residue: Residue, seen: Mapping[Form, np.ndarray]) -> list[_Row]:
+    """The same, given what is seen of each form beside the causes that are a part of the noise."""
     rows = []
-    for form in forms:
-        won, scale = residue.evidence(residue.seen_through(form.columns))
+    for form, columns in seen.items():
+        won, scale = residue.evidence(columns)
         rows.append((won - form.price, scale, form))
     return sorted(rows, key=lambda row: -row[0])
 
@@ -197,13 +202,18 @@ def _ranked(residue: Residue, forms: Sequence[Form]) -> list[_Row]:
 def _grown(residue: Residue, first: _Row, forms: Sequence[Form], scan: Scan) -> _Sum:
     """The sum that begins with a form."""
     won, scale, form = first
-    one = _Sum((form,), (scale,), won, residue.without(form.columns, scale))
+    one, seen = _Sum((form,), (scale,), won, residue.without(form.columns, scale)), dict[Form, np.ndarray]()
     while len(one.forms) < _MOST:
-        ranked = _ranked(one.residue, [*forms, *scan(one.residue)])
-        won, scale, form = ranked[0]
+        # what was seen of a form beside one cause less is a step towards what is seen of it now
+        seen = {
+            other: one.residue.seen_through_last(seen[other]) if other in seen
+            else one.residue.seen_through(other.columns)
+            for other in (*forms, *scan(one.residue))
+        }  # fmt: skip
+        won, scale, form = _weighed(one.residue, seen)[0]
         if won < MARGIN:
             break
-        other = one.residue.without(one.residue.seen_through(form.columns), scale)
+        other = one.residue.without(seen[form], scale)
         one = _Sum((*one.forms, form), (*one.scales, scale), one.evidence + won, other)
     return one
 

@@ -167,6 +167,10 @@ class Residue:
             columns = less(columns, part)
         return columns
 
+    def seen_through_last(self, columns: np.ndarray) -> np.ndarray:
+        """The same of columns that were seen through all of these causes but the last one."""
+        return less(columns, self._explained[-1])
+
     def _whitened(self, rows: np.ndarray) -> np.ndarray:
         """W X of rows (w, n, k), whose first sample, which nothing predicts, is left out."""
         out = rows.copy()

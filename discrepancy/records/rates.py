@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from discrepancy.indexer.reading import of_its_rate
+from discrepancy.model import Noise
 from discrepancy.noise import limited_noise, noise_of, shared_noise
 from discrepancy.records.conditions import grouped
 from discrepancy.records.reading import Record
@@ -16,9 +17,6 @@ from indexer_records.resample import CUTOFF, entire
 
 _RATE = 1000.0
 """Sampling rate [Hz] that tells what a machine lacks: its modes lie below 100 Hz."""
-
-Noise = tuple[float, float]
-"""Standard deviation and correlation from sample to sample."""
 
 
 def noises(records: Sequence[Record]) -> list[Noise]:

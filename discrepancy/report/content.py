@@ -11,7 +11,7 @@ from datagen.versions import versions_of
 from discrepancy.chain import Outcome
 from discrepancy.criteria import Criteria
 from discrepancy.estimates import Estimate, FoundEffect
-from discrepancy.explain import Finding
+from discrepancy.finding import Finding
 from discrepancy.gap import Gap, Share
 from discrepancy.grades import NAMED, RULES
 from discrepancy.locate import Cell, Spot, Where

@@ -73,7 +73,7 @@ def _records(outcome: Outcome) -> Figure:
     """The cam turn held out on which the base model is worst: both models beside the record, and what each leaves; of
     several channels the first one, whose unit the view has."""
     answer = outcome.answer
-    view = outcome.subject.view(outcome.subject.held_out)
+    view = outcome.subject.view(answer.held_out)
     held = answer.held[answer.base.name]
     places = held, answer.held[answer.accepted.name]
     old, new = (Problem(answer.held_out, place.hypothesis).left(place) for place in places)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from discrepancy.explain import Explanation, Finding
+from discrepancy.explain import Explanation
+from discrepancy.finding import Finding
 from discrepancy.grades import FAMILY
 from discrepancy.next_measurement import apart
 

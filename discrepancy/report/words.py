@@ -6,7 +6,7 @@ import math
 
 from discrepancy.chain import Outcome
 from discrepancy.estimates import Estimate, FoundEffect
-from discrepancy.explain import Finding
+from discrepancy.finding import Finding
 from discrepancy.grades import FAMILY, NAMED
 from discrepancy.locate import Where
 from discrepancy.locate.sentences import shortly

@@ -11,7 +11,8 @@ from discrepancy.dispersion import dispersion_of
 from discrepancy.estimates import Estimate, Estimates, FoundEffect, estimates_of
 from discrepancy.fit import Fit, fit
 from discrepancy.intervals import Told
-from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE, Hypothesis, Model, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from tests.discrepancy.toy import Chord, Stateless

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from discrepancy import Criteria, Explanation, explain
-from discrepancy.explain import _looks_like, listed
+from discrepancy.explain import _looks_like
+from discrepancy.finding import listed
 from discrepancy.fits import Fits
 from discrepancy.model import Hypothesis, together
 from discrepancy.next_measurement import question_of

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from discrepancy.fit import crossed, fit, rested
-from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE, Hypothesis, Parameter
 from discrepancy.problem import Problem
 from discrepancy.stages import FITS
 from tests.discrepancy.toy import Stateless

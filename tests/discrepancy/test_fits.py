@@ -8,8 +8,9 @@ import pytest
 from discrepancy.criteria import Criteria
 from discrepancy.fit import Fit, fit
 from discrepancy.fits import Fits
+from discrepancy.jobs import Jobs
 from discrepancy.judging import Judge
-from discrepancy.model import NONE, Hypothesis, Jobs, together
+from discrepancy.model import NONE, Hypothesis, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from discrepancy.held_out import carried
-from discrepancy.model import NONE, Hypothesis, Jobs, Parameter, together
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE, Hypothesis, Parameter, together
 from discrepancy.problem import Problem
 from indexer_env.errors import ParameterError
 from tests.discrepancy.toy import Stateless

@@ -11,7 +11,8 @@ from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.indexer.advance import steps_per_sample
 from discrepancy.indexer.parameters import read, torque_power
 from discrepancy.indexer.reading import by_clock, numbered
-from discrepancy.model import NONE, Hypothesis, Jobs, together
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE, Hypothesis, together
 from discrepancy.problem import Problem
 from indexer_env import OperatingPoint, Sensor, Signal, load_machine, make_effect
 from indexer_env.errors import ParameterError
@@ -220,7 +221,8 @@ def test_a_stiffer_machine_and_a_high_order_take_shorter_steps(
     output = dataclasses.replace(machine.output_joint, stiffness=stiffer * machine.output_joint.stiffness)
     machine = dataclasses.replace(machine, input_joint=joint, output_joint=output)
     signal = Signal(np.zeros(2460), 300.0, unit="rad/s^2")
-    model = IndexerModel(machine, [Experiment(signal, OperatingPoint(), noise=1.0)])
+    experiment = Experiment(signal, OperatingPoint(), noise=1.0)
+    model = IndexerModel(machine, [experiment])
     jobs = Jobs(np.zeros((1, len(model.parameters))), 0 * model.groups, np.arange(len(model.counts)), states(model))
     asked: list[int] = []
 
@@ -228,10 +230,10 @@ def test_a_stiffer_machine_and_a_high_order_take_shorter_steps(
         asked.append(steps_per_sample(rate, step))
         return asked[-1]
 
-    monkeypatch.setattr("discrepancy.indexer.model.steps_per_sample", noted)
+    monkeypatch.setattr("discrepancy.indexer.laid_out.steps_per_sample", noted)
     coarse = model.readings(NONE, jobs)
-    monkeypatch.setattr("discrepancy.indexer.model.steps_per_sample", lambda rate, step: 64)
-    fine = model.readings(NONE, jobs)
+    monkeypatch.setattr("discrepancy.indexer.laid_out.steps_per_sample", lambda rate, step: 64)
+    fine = IndexerModel(machine, [experiment]).readings(NONE, jobs)
     assert set(asked) == {steps}
     assert stiffer > 1e3 or np.sqrt(((coarse - fine) ** 2).mean() / (fine**2).mean()) < 0.01
 

@@ -15,8 +15,9 @@ from discrepancy.fits import Fits
 from discrepancy.form import Form
 from discrepancy.grades import Evidence
 from discrepancy.held_out import adapted, closed, excess, held_places, steadily, unrepeated
+from discrepancy.jobs import Jobs
 from discrepancy.judging import Judge, Judged
-from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter, together
+from discrepancy.model import NONE, Hypothesis, Model, Parameter, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
@@ -119,19 +120,22 @@ def pair(model: Chord, beside: list[float], without: list[float], states: int = 
         ([9.0, -1.0, 0.0, 0.0, 1.0, -3.0, 0.0, 0.0], 0.25),
         ([9.0, -0.1, -0.1, -0.1, 0.1, 0.1, 0.1, 0.1], 1.0),
         ([0.1] * 8, 0.0),
+        ([100.0, 9.0, 0.0, 0.0, -0.9, -1.2, 0.0, 0.0], 1.0),
+        ([40.0, 9.0, 0.0, 0.0, -0.9, -1.2, 0.0, 0.0], 0.0),
     ],
 )
 def test_what_acts_in_few_windows_is_judged_by_these(gained: list[float], share: float) -> None:
     """Two records of four windows; mean squares that an effect takes away."""
     model = Chord({}, 5)
-    assert steadily(*pair(model, [10.0] * 8, [10.0 + g for g in gained]), model, 0.25, 0.2) == pytest.approx(share)
+    places = pair(model, [10.0] * 8, [10.0 + g for g in gained])
+    assert steadily(*places, model, 0.25, 0.2, 0.02) == pytest.approx(share)
 
 
 def test_one_missed_start_state_does_not_make_an_effect_unsteady() -> None:
     """The second record is better by 3 in one window and worse by 90 in another, which looks for a start state."""
     model, beside, without = Chord({}, 5), [1.0] * 4 + [1.0, 100.0, 1.0, 1.0], [4.0] * 4 + [4.0, 10.0, 1.0, 1.0]
-    assert steadily(*pair(model, beside, without, states=1), model, 0.25, 0.2) == 1.0
-    assert steadily(*pair(model, beside, without), model, 0.25, 0.2) == pytest.approx(3.0 / 93.0)
+    assert steadily(*pair(model, beside, without, states=1), model, 0.25, 0.2, 0.02) == 1.0
+    assert steadily(*pair(model, beside, without), model, 0.25, 0.2, 0.02) == pytest.approx(3.0 / 93.0)
 
 
 def test_a_parameter_at_its_bound_is_written_as_nominal_and_the_others_fitted_again() -> None:
@@ -204,15 +208,15 @@ def test_the_share_that_is_closed(before: float, after: float, share: float) -> 
 
 @pytest.mark.parametrize("anew", [True, False])
 def test_what_other_records_do_not_tell_of_the_machine_counts_against_no_effect(anew: bool, monkeypatch) -> None:
-    """The machine's offset is 0 in the records fitted and 0.3 in those held out, which leaves 0.09 where the effect
+    """The machine's offset is 0 in the records fitted and 0.35 in those held out, which leaves 0.12 where the effect
     closes 0.16."""
     if not anew:
         monkeypatch.setattr("discrepancy.judging.adapted", lambda held, held_out: held)
     model, held_out = Chord({"a": 0.4}, 5, ("a",)), Chord({"a": 0.4}, 6, ("a",))
-    held_out.y = held_out.y + 0.3
+    held_out.y = held_out.y + 0.35
     (finding,) = explain(model, held_out).findings
     assert finding.grade == ("established" if anew else "stands in")
-    assert finding.closes == pytest.approx(1.0 if anew else 0.64, abs=0.1)
+    assert finding.closes == pytest.approx(1.0 if anew else 0.57, abs=0.1)
 
 
 def test_the_effects_of_a_place_stay_on_records_held_out() -> None:

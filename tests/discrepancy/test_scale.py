@@ -14,7 +14,8 @@ from discrepancy.estimates import estimates_of
 from discrepancy.fit import fit
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.indexer.parameters import changed, read, torque_power
-from discrepancy.model import NONE, Jobs
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE
 from discrepancy.problem import Problem
 from indexer_env import OperatingPoint, Signal, make_effect
 from indexer_env.machine import Machine

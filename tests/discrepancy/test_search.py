@@ -9,7 +9,8 @@ import pytest
 from discrepancy import race as racing
 from discrepancy.criteria import Criteria
 from discrepancy.dispersion import autocorrelation_time
-from discrepancy.model import NONE, Hypothesis, Jobs, Parameter, together
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE, Hypothesis, Parameter, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import Race, race

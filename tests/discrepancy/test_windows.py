@@ -115,3 +115,12 @@ def test_the_search_sees_every_station(stations: int, records: int) -> None:
     for record in range(records):
         turns = [turn for own, turn in chosen if own == record]
         assert turns == list(range(turns[0], turns[0] + len(turns)))
+
+
+def test_a_record_gives_the_windows_that_another_one_lacks() -> None:
+    """12 stations: nine windows from station 4 on, and nine from station 2 on. Station 0 is in the first one alone."""
+    windows = cut([9750, 9750], [2.0 * math.pi / 1000.0] * 2, [2.0 * math.pi * 3.5, 2.0 * math.pi * 13.5])
+    assert [turn % 12 for record, turn in windows.turns if record == 0] == [*range(4, 12), 0]
+    chosen = covering(windows, 12, 8)
+    assert len(chosen) == 12
+    assert {turn % 12 for _, turn in chosen} == {turn % 12 for _, turn in windows.turns}

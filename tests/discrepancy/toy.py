@@ -7,7 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE, Hypothesis, Model, Parameter
 from discrepancy.place import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, Torque, View, binned
 

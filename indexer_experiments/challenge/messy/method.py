@@ -8,6 +8,7 @@ from pathlib import Path
 from discrepancy.criteria import Criteria
 from discrepancy.estimates import Estimate
 from discrepancy.explain import Explanation, explain
+from discrepancy.indexer import IndexerModel
 from discrepancy.origin import Origin
 from discrepancy.records.experiments import experiments
 from discrepancy.records.quality import check_records
@@ -32,7 +33,8 @@ def solved_by_explain(
         return Solved(CaseAnswer("turned away", str(error)))
     subject = IndexerSubject(nominal, Sensor(), given, uncertainty)
     answer = explain(subject.model, subject.held_out, criteria, subject.forms(), subject.elsewhere)
-    model, place = subject.model, answer.written.place
+    model, place = answer.model, answer.written.place
+    assert isinstance(model, IndexerModel)
     origin = subject.origin(model, answer.accepted.place)
     machine, sensor = model.machine_at(place.hypothesis, place.z)
     return Solved(_neutral(answer, origin), machine, sensor)

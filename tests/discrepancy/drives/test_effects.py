@@ -15,7 +15,8 @@ from discrepancy.drives.effects import EFFECTS
 from discrepancy.drives.effects.coupling import _carried, contact, dragged
 from discrepancy.drives.effects.friction import dahl
 from discrepancy.fit import fit
-from discrepancy.model import NONE, Jobs
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE
 from indexer_env.compiled import kernel_fingerprint
 from indexer_experiments.challenge.drives.motions import reference
 from indexer_experiments.challenge.drives.plant import simulate_plant

@@ -12,7 +12,8 @@ from discrepancy.indexer.causes import _MARKS, _over, _profile, _spline
 from discrepancy.indexer.response import JOINTS, Response, motion_of
 from discrepancy.indexer.scans import _own_frequency, elsewhere_at, origin_at
 from discrepancy.indexer.setting import Setting, setting_of
-from discrepancy.model import NONE, Jobs
+from discrepancy.jobs import Jobs
+from discrepancy.model import NONE
 from discrepancy.origin import Origin, Residue
 from discrepancy.place import Point
 from discrepancy.problem import Problem
