@@ -21,7 +21,7 @@ class Criteria:
         Least share of the gap on records held out, mean square above what does not repeat, that an established effect
         closes beside the others of its set, its size as it is and the machine's own parameters fitted there. What a
         library lacks is imitated by one of its effects to about a half. In the challenge's tuning half no wrong one
-        closes more than 54 %; of 18 wrong ones that close 60 to 75 % in its judging half `slight`, `law`, another cause
+        closes more than 54 %; of 17 wrong ones that close 60 to 75 % in its judging half `slight`, `law`, another cause
         or one record keep the name from all.
     written : float
         Least share of the nominal machine's gap on each record held out that a calibrated one closes to be written.

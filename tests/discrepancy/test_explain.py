@@ -1,5 +1,6 @@
 """Each verdict, on chords whose answer is known. Seeds 5 and 6."""
 
+import copy
 import dataclasses
 import importlib
 from collections.abc import Mapping
@@ -11,7 +12,7 @@ from discrepancy import Criteria, Explanation, explain
 from discrepancy.explain import _looks_like
 from discrepancy.finding import listed
 from discrepancy.fits import Fits
-from discrepancy.model import Hypothesis, together
+from discrepancy.model import Hypothesis, Model, Noise, together
 from discrepancy.next_measurement import question_of
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -233,3 +234,39 @@ def test_all_members_of_a_family_are_told_from_all_windows() -> None:
     (finding,) = explain(model, held_out, Criteria(searched=4)).findings
     one, other = (effect.parameters[0] for effect in finding.effects)
     assert other.high - other.low == pytest.approx(one.high - one.low, rel=0.05)
+
+
+class Loud(Chord):
+    """A chord that shows a share of the noise that was taken, and is then heard as much louder."""
+
+    shows = 1.0
+
+    def noise_left(self, residual: np.ndarray) -> Noise:
+        return self.shows, 0.0
+
+    def with_noise(self, noise: Noise) -> Model:
+        other = copy.copy(self)
+        other.y = self.y / noise[0]
+        other.shapes = {name: shape / noise[0] for name, shape in self.shapes.items()}
+        return other
+
+    def tolerating(self, share: float) -> Model:
+        other = copy.copy(self)
+        other.tolerated = 1.0 + share * float((self.y**2).mean())
+        return other
+
+
+@pytest.mark.parametrize(("shows", "share", "level"), [(0.5, 0.5, 1.0), (0.9, 1.0, 0.5)])
+def test_noise_that_was_taken_for_too_much_hides_no_effect(shows: float, share: float, level: float) -> None:
+    """All is half as loud as noise that was estimated; clearly less noise is believed, a little less is not."""
+    models = [Loud({"tone": 0.5}, seed) for seed in (5, 6)]
+    for model in models:
+        model.shows, model.y = shows, 0.5 * model.y
+        model.shapes = {name: 0.5 * shape for name, shape in model.shapes.items()}
+    answer = explain(models[0], models[1])
+    assert answer.noise_share == share
+    assert answer.remains.level == pytest.approx(level, rel=0.1)
+    tolerant = explain(models[0], models[1], Criteria(tolerance=0.5))
+    assert isinstance(tolerant.held_out, Loud) and tolerant.noise_share == share
+    # what is tolerated is told in units of the noise that is believed
+    assert tolerant.held_out.tolerated == 1.0 + 0.5 * float((tolerant.held_out.y**2).mean())

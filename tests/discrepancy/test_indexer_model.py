@@ -322,3 +322,25 @@ def test_a_slipping_motor_drifts_as_its_record_does() -> None:
     assert np.abs(together[-1:] - read(slip, slipping, windows[-1:])).max() < 1e-3 * scale
     stiff = np.append(z, slip.coordinates((slip.parameters[0].low,)))
     assert np.abs(read(slip, stiff, windows) - read(NONE, z, windows)).max() < 2e-3 * scale
+
+
+@pytest.mark.parametrize(("stated", "expected"), [(None, 0.25), (1.0, 1.0)])
+def test_noise_is_read_anew_from_what_is_left_where_it_was_estimated(stated: float | None, expected: float) -> None:
+    """Seed 11: a quarter of the noise that was taken is left, white, of a machine that rings in all its records."""
+    time = np.arange(12300) / 1000.0
+    ringing = Signal(3e3 * np.sin(2.0 * math.pi * 120.0 * time) ** 3, 1000.0, unit="rad/s^2")
+    model = IndexerModel(load_machine("reference"), [Experiment(ringing, OperatingPoint(), noise=stated)] * 2)
+    left = np.where(model._inside, 0.25 * np.random.default_rng(11).standard_normal(model._inside.shape), 0.0)
+    share, colour = model.noise_left(left)
+    assert share == pytest.approx(expected, rel=0.05) and 0.0 <= colour < 0.1
+    before, quieter = at_nominal(model), model.with_noise((share, colour))
+    near = np.abs(before) < 100.0
+    assert near.mean() > 0.1 and np.allclose(at_nominal(quieter)[near], before[near] / share)
+    assert [one.noise_level / share for one in quieter.experiments] == [one.noise_level for one in model.experiments]
+
+
+def at_nominal(model: IndexerModel) -> np.ndarray:
+    """Residuals of the nominal machine, all windows begun at rest."""
+    windows = np.arange(len(model.counts))
+    states = np.zeros((len(windows), model.local_count(NONE)))
+    return model.residuals(NONE, Jobs.at(np.zeros(len(model.parameters)), windows, states))

@@ -28,7 +28,7 @@ from discrepancy.report.words import percent, ranged
 from discrepancy.search import Race, Search
 from discrepancy.written import Written
 from indexer_env.effects.spline import Axis
-from tests.discrepancy.toy import ChordSubject, effect
+from tests.discrepancy.toy import Chord, ChordSubject, effect
 
 PLACES = [Place("output", "phase", "a torque on the table that follows the cam's phase", 0.6),
           Place("input", "phase", "a torque on the cam shaft that follows the cam's phase", 0.3)]  # fmt: skip
@@ -489,3 +489,10 @@ def test_what_is_tolerated_does_not_remain(made: Made, tolerance: float | None, 
     remains = dataclasses.replace(answer.remains, noise=1.7)
     answer = dataclasses.replace(answer, remains=remains, criteria=Criteria(tolerance=tolerance))
     assert said in headline(dataclasses.replace(made("two"), answer=answer))
+
+
+def test_noise_that_was_taken_for_too_much_is_told(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not any("noise" in one for one in made("found").of_records)
+    monkeypatch.setattr(Chord, "noise_left", lambda model, residual: (0.3, 0.0))
+    (said,) = run_chain(ChordSubject({"tone": 10.0}), 5).of_records
+    assert said.startswith("The noise is 30 % of what the records themselves seem to show")
