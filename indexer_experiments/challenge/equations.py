@@ -93,7 +93,7 @@ class Plant(NamedTuple):
     unlisted: Unlisted = NOTHING
 
 
-@numba.njit(cache=True)
+@numba.njit
 def follower(p: Plant, alpha: float, turn: float) -> tuple[float, float, float]:
     """β(α), β', β'' in cam turn `turn`, with bump and spacing error."""
     u = alpha / TURN - turn
@@ -115,7 +115,7 @@ def follower(p: Plant, alpha: float, turn: float) -> tuple[float, float, float]:
     return start + advance * y + e0, (b1 + e1) / TURN, (b2 + e2) / TURN**2
 
 
-@numba.njit(cache=True)
+@numba.njit
 def drive_side(p: Plant, gamma: float, rate: float) -> tuple[float, float]:
     """Angle and rate of joint 1's drive side."""
     angle, speed = p.tau * gamma, p.tau * rate
@@ -125,7 +125,7 @@ def drive_side(p: Plant, gamma: float, rate: float) -> tuple[float, float]:
     return angle, speed
 
 
-@numba.njit(cache=True)
+@numba.njit
 def deflections(p: Plant, y: np.ndarray, turn: float) -> tuple[float, float, float, float]:
     """δ1, δ̇1, δ2, δ̇2."""
     side, side_rate = drive_side(p, y[6], y[7])
@@ -133,13 +133,13 @@ def deflections(p: Plant, y: np.ndarray, turn: float) -> tuple[float, float, flo
     return side - y[0], side_rate - y[1], y[2] - b0 - y[4], y[3] - b1 * y[1] - y[5]
 
 
-@numba.njit(cache=True)
+@numba.njit
 def softness(p: Plant, turn: float) -> float:
     """ρ of joint 2 in a cam turn."""
     return p.joint_2.rho * (p.single_rho if turn % p.stations == p.single_station else 1.0)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def torque(j: Joint, rho: float, region: int, d: float, v: float) -> float:
     """M of a joint in a region."""
     if region == 0:
@@ -149,7 +149,7 @@ def torque(j: Joint, rho: float, region: int, d: float, v: float) -> float:
     return (k + j.k_c * x * x) * x + j.r * v
 
 
-@numba.njit(cache=True)
+@numba.njit
 def opposing(p: Plant, alpha: float, phi: float, rate: float) -> float:
     """What opposes the table beside joint 2 [N m]."""
     total = p.load + p.viscous * rate + p.imbalance * math.sin(phi + p.imbalance_phase)
@@ -163,7 +163,7 @@ def opposing(p: Plant, alpha: float, phi: float, rate: float) -> float:
     return total
 
 
-@numba.njit(cache=True)
+@numba.njit
 def rates(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, out: np.ndarray) -> None:
     """dy/dt into out (STATES,); docs/explanation/physics.md, models B and B_on_base."""
     u = p.unlisted

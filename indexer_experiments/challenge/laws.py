@@ -13,7 +13,7 @@ LAWS = ("modified_sine", "modified_trapezoid", "cycloidal", "polynomial_345")
 """A law's number is its place here."""
 
 
-@numba.njit(cache=True)
+@numba.njit
 def rise(law: float, s: float) -> tuple[float, float, float]:
     """Height, velocity and acceleration of the unit rise; all laws are symmetric about its middle."""
     if s > 0.5:
@@ -22,7 +22,7 @@ def rise(law: float, s: float) -> tuple[float, float, float]:
     return first_half(law, s)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def first_half(law: float, s: float) -> tuple[float, float, float]:
     """The same for 0 <= s <= 1/2."""
     if law == 0.0:
@@ -35,7 +35,7 @@ def first_half(law: float, s: float) -> tuple[float, float, float]:
     return s**3 * (10.0 - 15.0 * s + 6.0 * s * s), 30.0 * (s - s * s) ** 2, 60.0 * s - 180.0 * s * s + 120.0 * s**3
 
 
-@numba.njit(cache=True)
+@numba.njit
 def modified_sine(s: float) -> tuple[float, float, float]:
     """Quarter sines of two periods, the short one at the ends."""
     if s < 0.125:
@@ -48,7 +48,7 @@ def modified_sine(s: float) -> tuple[float, float, float]:
     return y, v, 4.0 * math.pi**2 * math.sin(x) / (4.0 + math.pi)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def modified_trapezoid(s: float) -> tuple[float, float, float]:
     """Quarter sine to s = 1/8, constant to 3/8, quarter cosine to 1/2; integrated from rest."""
     w, peak = 4.0 * math.pi, 8.0 * math.pi / (2.0 + math.pi)

@@ -8,6 +8,7 @@ an error comes from edges grazed within a step.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numba
 import numpy as np
@@ -33,7 +34,7 @@ _EDGES = 3
 """Ends of the cam turn, of joint 1's region and of joint 2's."""
 
 
-@numba.njit(cache=True)
+@numba.njit
 def depths(j: Joint, rho: float, d: float, v: float) -> tuple[float, float]:
     """How deep in contact the two flanks are [rad]; a flank that withdraws is deep by the push that is left, over k."""
     plus, minus = d - 0.5 * j.g, -d - 0.5 * j.g
@@ -43,7 +44,7 @@ def depths(j: Joint, rho: float, d: float, v: float) -> tuple[float, float]:
     return plus, minus
 
 
-@numba.njit(cache=True)
+@numba.njit
 def room(j: Joint, rho: float, region: int, d: float, v: float) -> float:
     """Distance to the end of the region [rad], < 0 beyond it."""
     if j.edged == 0.0:
@@ -54,7 +55,7 @@ def room(j: Joint, rho: float, region: int, d: float, v: float) -> float:
     return plus if region > 0 else minus
 
 
-@numba.njit(cache=True)
+@numba.njit
 def region_of(j: Joint, rho: float, d: float, v: float) -> int:
     """The region that a deflection and its rate lie in."""
     plus, minus = depths(j, rho, d, v)
@@ -63,7 +64,7 @@ def region_of(j: Joint, rho: float, d: float, v: float) -> int:
     return -1 if minus >= 0.0 else 0
 
 
-@numba.njit(cache=True)
+@numba.njit
 def next_region(j: Joint, rho: float, region: int, d: float, v: float) -> int:
     """The region entered when `region` ends."""
     if region == 0:
@@ -72,7 +73,7 @@ def next_region(j: Joint, rho: float, region: int, d: float, v: float) -> int:
     return 0 if j.g > 0.0 else -region
 
 
-@numba.njit(cache=True)
+@numba.njit
 def margins(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, out: np.ndarray) -> None:
     """Distances to the edges into out (_EDGES,)."""
     d1, v1, d2, v2 = deflections(p, y, turn)
@@ -81,7 +82,7 @@ def margins(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, 
     out[2] = room(p.joint_2, softness(p, turn), region_2, d2, v2)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def step(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, h: float, k: np.ndarray, out) -> None:
     """One step of order 5 (Dormand and Prince 1980, the pair's higher solution) of length h into out (STATES,);
     k (6, STATES) is workspace."""
@@ -114,7 +115,7 @@ def step(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, h: 
         )  # fmt: skip
 
 
-@numba.njit(cache=True)
+@numba.njit
 def crossing(p: Plant, y: np.ndarray, turn: float, regions, h: float, edge: int, m0: float, m1: float, k, out) -> float:
     """Length of the step that ends just behind an edge whose margin is m0 at the start and m1 < -_PAST at h; the state
     there into out."""
@@ -144,8 +145,8 @@ def crossing(p: Plant, y: np.ndarray, turn: float, regions, h: float, edge: int,
     return high
 
 
-@numba.njit(cache=True)
-def started(p: Plant, start_angle: float, t: float) -> np.ndarray:
+@numba.njit
+def _started(p: Plant, start_angle: float, t: float) -> np.ndarray:
     """The state (STATES,) of an undeflected machine at a cam angle [rad] and time [s]."""
     y = np.zeros(STATES)
     turn = float(math.floor(start_angle / TURN))
@@ -157,8 +158,8 @@ def started(p: Plant, start_angle: float, t: float) -> np.ndarray:
     return y
 
 
-@numba.njit(cache=True)
-def solved(p: Plant, y: np.ndarray, before: int, samples: int, interval: float, steps: int) -> np.ndarray:
+@numba.njit
+def _solved(p: Plant, y: np.ndarray, before: int, samples: int, interval: float, steps: int) -> np.ndarray:
     """Table acceleration [rad/s²], then the state, at each sample (1 + STATES, samples) of a run from state y, which is
     overwritten; `before` samples run first; a run that leaves the physical range holds NaN from there on."""
     new, k = np.empty(STATES), np.empty((6, STATES))
@@ -204,3 +205,20 @@ def solved(p: Plant, y: np.ndarray, before: int, samples: int, interval: float, 
                 elif edge == 2:
                     regions[1] = next_region(p.joint_2, rho, regions[1], d2, v2)
     return out
+
+
+def entries(fingerprint: int) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+    """The compiled `_started` and `_solved`; `fingerprint` stands for all sources of the equations in the key of
+    numba's cache, and is looked at, since numba keeps of a closure only what is used."""
+
+    @numba.njit(cache=True)
+    def started(p: Plant, start_angle: float, t: float) -> np.ndarray:
+        assert fingerprint > 0
+        return _started(p, start_angle, t)
+
+    @numba.njit(cache=True)
+    def solved(p: Plant, y: np.ndarray, before: int, samples: int, interval: float, steps: int) -> np.ndarray:
+        assert fingerprint > 0
+        return _solved(p, y, before, samples, interval, steps)
+
+    return started, solved

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from indexer_env.checks import check_choice
-from indexer_env.compiled import one_version
+from indexer_env.compiled import fingerprint, one_version
 from indexer_env.effects import Effect
 from indexer_env.errors import SimulationError, refuse
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_experiments.challenge.equations import STATES, Joint, Plant
 from indexer_experiments.challenge.laws import LAWS
-from indexer_experiments.challenge.solver import STEPS_PER_MS, solved, started
+from indexer_experiments.challenge.solver import STEPS_PER_MS, entries
 from indexer_experiments.challenge.unlisted import NOTHING, Bump, Unlisted, Wave
+
+_EQUATIONS = ("equations", "laws", "solver", "unlisted")
+"""Modules whose functions the solver is compiled of."""
 
 
 def true_motion(
@@ -68,6 +74,7 @@ def run(
     _check(machine)
     before = turn_samples(machine, point, sample_rate)
     numbers = plant(machine, point, unlisted)
+    started, _ = compiled(numbers)
     start = started(numbers, float(point.start_angle), -before / sample_rate)
     return _finite(machine, _solved(numbers, start, before - lead, lead + samples, sample_rate, steps_per_ms))
 
@@ -96,9 +103,22 @@ def _solved(
     numbers: Plant, state: np.ndarray, before: int, samples: int, sample_rate: float, steps_per_ms: int
 ) -> np.ndarray:
     steps, interval = max(1, round(1000.0 / sample_rate * steps_per_ms)), 1.0 / sample_rate
-    idle = numbers, np.zeros(STATES), 0, 0, interval, steps
-    one_version("the challenge's solver", 8, (started, (numbers, 0.0, 0.0)), (solved, idle))
+    _, solved = compiled(numbers)
     return solved(numbers, state, before, samples, interval, steps)
+
+
+def compiled(numbers: Plant) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+    """The compiled `started` and `solved` of `solver.entries`, for plain numbers such as these."""
+    started, solved = _entries()
+    idle = numbers, np.zeros(STATES), 0, 0, 1e-3, 1
+    one_version("the challenge's solver", 8, (started, (numbers, 0.0, 0.0)), (solved, idle))
+    return started, solved
+
+
+@functools.lru_cache(maxsize=1)
+def _entries() -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+    own = Path(__file__).parent
+    return entries(int(fingerprint([own / f"{name}.py" for name in _EQUATIONS])[:15], 16))
 
 
 def _finite(machine: Machine, motion: np.ndarray) -> np.ndarray:

@@ -82,7 +82,7 @@ NOTHING = Unlisted(
 """No disturbance."""
 
 
-@numba.njit(cache=True)
+@numba.njit
 def bump(b: Bump, phase: float) -> tuple[float, float, float]:
     """Value of a periodic bump at a phase [turns] and its first two derivatives by the phase."""
     if b.size == 0.0:
@@ -95,33 +95,33 @@ def bump(b: Bump, phase: float) -> tuple[float, float, float]:
     return b.size * q**4, -8.0 * b.size * y * q**3 / b.half_width, b.size * curved / b.half_width**2
 
 
-@numba.njit(cache=True)
+@numba.njit
 def chance(seed: float, number: float) -> float:
     """A number in [0, 1) that looks random, the same for the same seed and whole number."""
     x = 43758.5453 * math.sin(12.9898 * number + 78.233 * seed)
     return x - math.floor(x)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def dry(rate: float) -> float:
     """Share of a dry friction that acts, in ±1."""
     s = rate / SIGN
     return s / math.sqrt(1.0 + s * s)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def command_rate(u: Unlisted, command: float, t: float) -> float:
     """dω/dt of the commanded speed [rad/s²]: it drifts from ω(1 - d/2) to ω(1 + d/2) over the record."""
     return command * u.drift / u.drift_time if 0.0 <= t < u.drift_time else 0.0
 
 
-@numba.njit(cache=True)
+@numba.njit
 def commanded(u: Unlisted, command: float, t: float) -> float:
     """Commanded speed [rad/s] at t."""
     return command * (1.0 + u.drift * (min(max(t / u.drift_time, 0.0), 1.0) - 0.5))
 
 
-@numba.njit(cache=True)
+@numba.njit
 def waved(u: Unlisted, s: float) -> tuple[float, float, float]:
     """Chatter marks A sin²(π s) sin(2π m s + ψ) on the cam's track, s the share of the motion, and two derivatives."""
     if u.wavy.size == 0.0:
@@ -134,7 +134,7 @@ def waved(u: Unlisted, s: float) -> tuple[float, float, float]:
     return size * e0 * f0, size * (e1 * f0 + e0 * f1), size * (e2 * f0 + 2.0 * e1 * f1 + e0 * f2)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def on_table(u: Unlisted, y: np.ndarray, turn: float) -> float:
     """What opposes the table [N m], the mass on it and joint 2 left out."""
     t, phi, rate = y[8], y[2], y[3]
@@ -148,7 +148,7 @@ def on_table(u: Unlisted, y: np.ndarray, turn: float) -> float:
     return total
 
 
-@numba.njit(cache=True)
+@numba.njit
 def wandering(u: Unlisted, y: np.ndarray) -> float:
     """Rate of the wandering load [N m/s]: a random walk, pulled back to 0 within `walk_time`, whose kicks are random
     every 5 ms and straight lines between."""
@@ -159,13 +159,13 @@ def wandering(u: Unlisted, y: np.ndarray) -> float:
     return u.walk * (before + (y[8] / KICK - k) * (after - before)) / KICK - y[12] / u.walk_time
 
 
-@numba.njit(cache=True)
+@numba.njit
 def of_mass(u: Unlisted, y: np.ndarray) -> float:
     """Torque by which the mass on the table drives the table [N m]."""
     return u.mass_stiffness * (y[10] - y[2]) + u.mass_damping * (y[11] - y[3])
 
 
-@numba.njit(cache=True)
+@numba.njit
 def carried(u: Unlisted, y: np.ndarray, turn: float) -> float:
     """Share of joint 2's torque that its warm and unevenly preloaded rollers carry [-]."""
     share = 1.0
@@ -176,19 +176,19 @@ def carried(u: Unlisted, y: np.ndarray, turn: float) -> float:
     return share
 
 
-@numba.njit(cache=True)
+@numba.njit
 def beside_joint(u: Unlisted, y: np.ndarray, rate: float) -> float:
     """Torque that acts beside joint 2's play, between follower and table [N m]."""
     return u.hysteresis * y[9] + u.rate_squared * rate * abs(rate)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def coupled(u: Unlisted, torque: float) -> float:
     """Torque of joint 1 whose rubber hardens [N m], from its own; `rubber` is 1/M_r²."""
     return torque * (1.0 + u.rubber * torque * torque)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def on_cam(u: Unlisted, y: np.ndarray, command: float, torque: float) -> float:
     """What joint 1 and the drive give to the cam [N m], joint 1's own torque being `torque`."""
     given = torque
@@ -197,7 +197,7 @@ def on_cam(u: Unlisted, y: np.ndarray, command: float, torque: float) -> float:
     return given
 
 
-@numba.njit(cache=True)
+@numba.njit
 def table_inertia(u: Unlisted, inertia: float, turn: float) -> float:
     """J_t while the table leaves a station [kg m²]."""
     return inertia * (1.0 + u.inertia * (2.0 * chance(u.seed, turn % u.stations) - 1.0))

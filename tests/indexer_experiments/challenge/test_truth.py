@@ -1,10 +1,12 @@
 """The challenge's solver against the reference solver, with which it shares no code."""
 
 import dataclasses
+import importlib
 import math
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 from discrepancy.indexer.parameters import changed
 from indexer_env import OperatingPoint, load_machine, make_effect
@@ -13,8 +15,8 @@ from indexer_env.motion_law import motion_law
 from indexer_env.reference import simulate_reference
 from indexer_experiments.challenge.draw import HIDDEN
 from indexer_experiments.challenge.laws import LAWS
-from indexer_experiments.challenge.solver import STEPS_PER_MS, solved, started
-from indexer_experiments.challenge.truth import plant, resumed, run, seen, true_motion
+from indexer_experiments.challenge.solver import STEPS_PER_MS, entries
+from indexer_experiments.challenge.truth import _EQUATIONS, compiled, plant, resumed, run, seen, true_motion
 from indexer_experiments.challenge.unlisted import NOTHING
 
 POINT = OperatingPoint(motor_speed=150.0, load_torque=3.0, start_angle=6.0)
@@ -43,6 +45,7 @@ def test_truth_is_what_the_reference_solver_gives(name: str | None) -> None:
         machine = machine.with_effects(make_effect(name, {size: 5.0 * HIDDEN[name][size], **SHAPES.get(name, {})}))
     expected = simulate_reference(machine, POINT, samples=350).channels["table_acceleration"]
     numbers = plant(machine, POINT)
+    started, solved = compiled(numbers)
     found = solved(numbers, started(numbers, POINT.start_angle, 0.0), 0, 350, 1e-3, STEPS_PER_MS)[0]
     assert np.abs(found - expected).max() < 1e-6 * expected.std()
 
@@ -55,6 +58,7 @@ def test_a_slipping_motor_feels_what_ripples_as_the_reference_solver_has_it(name
     machine = load_machine("reference").with_effects(make_effect("drive.slip", compliance=2.0), ripple)
     expected = simulate_reference(machine, POINT, samples=350, channels=("motor_rate",)).channels["motor_rate"]
     numbers = plant(machine, POINT)
+    started, solved = compiled(numbers)
     found = solved(numbers, started(numbers, POINT.start_angle, 0.0), 0, 350, 1e-3, STEPS_PER_MS)[8]
     assert np.abs(found - expected).max() < 1e-6 * expected.std()
 
@@ -67,6 +71,7 @@ def test_every_law_is_that_of_the_reference_solver(law: str) -> None:
     )  # fmt: skip
     expected = simulate_reference(machine, POINT, samples=500).channels["table_acceleration"]
     numbers = plant(machine, POINT)
+    started, solved = compiled(numbers)
     found = solved(numbers, started(numbers, POINT.start_angle, 0.0), 0, 500, 1e-3, STEPS_PER_MS)[0]
     assert np.abs(found - expected).max() < 1e-6 * expected.std()
 
@@ -114,3 +119,13 @@ def test_play_is_that_of_the_machine() -> None:
     wide = changed(machine, {"input_joint.backlash": math.radians(5.0) * machine.reduction})
     a, b = (true_motion(each, POINT, 300, 1000.0)[0] for each in (machine, wide))
     assert np.abs(a - b).max() > 0.01 * a.std()
+
+
+def test_the_solver_is_compiled_anew_where_a_source_of_its_equations_changes() -> None:
+    modules = [importlib.import_module(f"indexer_experiments.challenge.{name}") for name in _EQUATIONS]
+    parts = [part for module in modules for part in vars(module).values() if isinstance(part, Dispatcher)]
+    assert {part.py_func.__module__ for part in parts} == {module.__name__ for module in modules}
+    # a part with a cache of its own would be taken from there
+    assert not any(part._cache.cache_path for part in parts)
+    for entry in entries(7):
+        assert [one.cell_contents for one in entry.py_func.__closure__ if isinstance(one.cell_contents, int)] == [7]
