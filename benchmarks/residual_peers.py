@@ -158,7 +158,8 @@ def case(order: Order, number: int) -> tuple[str, dict[str, float]]:
     model, held_out = (IndexerModel(drawn.nominal, part, uncertainty=KNOWN_TO) for part in parts)
     subject = IndexerSubject(drawn.nominal, Sensor(), records, KNOWN_TO)
     answer = explain(model, held_out, None, subject.forms(), subject.elsewhere)
-    base = answer.base.place
+    # with the noise that is believed
+    model, held_out, base = answer.model, answer.held_out, answer.base.place
     learned, held = samples_of(model, base), samples_of(held_out, held_place(base, held_out))
     shares = {
         # as the peers', over the noise stated, and below 0 where a name makes things worse

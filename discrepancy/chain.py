@@ -31,7 +31,7 @@ STAGES = (
     "choose the next measurement",
 )  # fmt: skip
 
-_QUIETER = (
+_QUIET = (
     "The noise is {:.0f} % of what the records themselves seem to show: the machine rings where they are quiet, as the "
     "calibrated model tells."
 )
@@ -123,7 +123,7 @@ def run_chain(
             origin = attempted(STAGES[1], lambda: subject.origin(model, answer.accepted.place), None)
     of_records = attempted(STAGES[1], lambda: subject.of_records(model, answer.accepted.place), ())
     if answer.noise_share < 1.0:
-        of_records = (_QUIETER.format(100.0 * answer.noise_share), *of_records)
+        of_records = (_QUIET.format(100.0 * answer.noise_share), *of_records)
     begin(STAGES[2])
     gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])

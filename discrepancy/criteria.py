@@ -37,7 +37,7 @@ class Criteria:
     law : float
         Share of what a free function of an effect's variable closes that its law may leave: the force follows that
         variable, but beyond this by another law. An effect that leaves no more of the gap on records held out needs not
-        fear another cause: none could close more. Effects that close no more of the nominal machine's gap in a record
+        fear another cause: none could close more. Effects that close no more of the nominal machine's gap in any record
         held out are not written with it.
     span : float or None
         Factor between the ends of the 95 % interval of an effect's size, both taken from no effect, that a name may

@@ -149,17 +149,16 @@ def explain(
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
     with threadpool_limits(limits=1, user_api="blas"):
-        search, models = Search(model, criteria, suggest), (model, held_out)
-        noise = search.noise_left()
-        share = noise[0] if noise[0] < _QUIETER else 1.0
-        if share < 1.0:
-            models = model.with_noise(noise), held_out.with_noise(noise)
+        search = Search(model, criteria, suggest)
+        share, colour = search.noise_left()
+        if share < _QUIETER:
+            model, held_out = (one.with_noise(share, colour) for one in (model, held_out))
         if criteria.tolerance is not None:
-            models = models[0].tolerating(criteria.tolerance), models[1].tolerating(criteria.tolerance)
-        model, held_out = models
-        search = search if model is search.whole else Search(model, criteria, suggest)
+            model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))
+        if model is not search.whole:
+            search = Search(model, criteria, suggest, search.end)
         answer = _searched(search, held_out, forms, elsewhere)
-        return dataclasses.replace(answer, noise_share=share) if share < 1.0 else answer
+        return dataclasses.replace(answer, noise_share=share) if share < _QUIETER else answer
 
 
 def _searched(search: Search, held_out: Model, forms: Sequence[Form], elsewhere: Elsewhere | None) -> Explanation:

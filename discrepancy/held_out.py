@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from discrepancy.criteria import Criteria
 from discrepancy.fit import fit
 from discrepancy.model import Model
 from discrepancy.place import Point
@@ -81,14 +82,15 @@ def counted(place: Point, other: Point, model: Model, share: float) -> np.ndarra
     return np.arange(len(against)) != int(against.argmax()) if may_miss else np.full(len(against), True)
 
 
-def steadily(place: Point, other: Point, model: Model, share: float, least: float, slight: float) -> float:
+def steadily(place: Point, other: Point, model: Model, share: float, criteria: Criteria) -> float:
     """Share of what an effect changes that it makes better, the least over the records, given places with and without
-    it. Only windows whose mean square it changes by `least` or more count, and by as much as `slight` of what it
+    it. Only windows whose mean square it changes by `at_noise` or more count, and, up to `much`, by `slight` of what it
     changes most: a roller of the turret acts in one of many, and elsewhere little differs. A record without such
     windows does not count."""
     gained = (other.squares - place.squares) / model.counts
     kept = counted(place, other, model, share)
-    least = max(least, slight * float(np.abs(gained[kept]).max(initial=0.0)))
+    largest = float(np.abs(gained[kept]).max(initial=0.0))
+    least = max(criteria.at_noise, min(criteria.slight * largest, criteria.much))
     changed = (np.abs(gained) >= least) & kept
     records = (gained[changed & (model.groups == g)] for g in np.unique(model.groups[changed]))
     return min((float(one.clip(0.0).sum() / np.abs(one).sum()) for one in records), default=0.0)

@@ -224,9 +224,7 @@ class Judge:
         return Evidence(
             closes=closed(open_, left),
             remains=math.sqrt(1.0 + left / self.floor),
-            better=steadily(
-                place, other, self.held_out, 1.0 - self.criteria.closes, self.criteria.at_noise, self.criteria.slight
-            ),
+            better=steadily(place, other, self.held_out, 1.0 - self.criteria.closes, self.criteria),
             size=_words(size),
             zero=not found.untold and not found.shown,
             untold=found.untold,

@@ -18,9 +18,6 @@ from discrepancy.jobs import Jobs
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
 
-Noise = tuple[float, float]
-"""Standard deviation, and correlation from sample to sample."""
-
 _AT_BOUND = 1e-3
 """Distance from a bound, in scaled coordinates, at which a parameter counts as held by it."""
 
@@ -240,12 +237,12 @@ class Model(ABC):
         """The model with the samples of its windows that a part may have left out."""
         return self
 
-    def noise_left(self, residual: np.ndarray) -> Noise:
-        """The noise that residuals (w, n) show, as a share of that which was estimated. To be overridden where it was:
-        what a machine does looks like noise."""
+    def noise_left(self, residual: np.ndarray) -> tuple[float, float]:
+        """The noise that residuals (w, n) of all samples show, as a share of that which was estimated, and its
+        correlation from sample to sample. To be overridden where it was: what a machine does looks like noise."""
         return 1.0, 0.0
 
-    def with_noise(self, noise: Noise) -> Model:
+    def with_noise(self, share: float, colour: float) -> Model:
         """The model with this share of the noise that was estimated. To be overridden with `noise_left`."""
         return self
 

@@ -127,7 +127,7 @@ def separations(subject: Subject, answer: Explanation, question: Question) -> tu
     rivals = [_rival(answer.selection.model, one.place, answer.selection.dispersion) for one in question.rivals]
     pairs = list(itertools.combinations(range(len(rivals)), 2))
     found = []
-    for measurement in subject.measurements():
+    for measurement in subject.measurements(answer.model):
         both = [[_separation(measurement, rivals[a], rivals[b]) for a, b in ((i, j), (j, i))] for i, j in pairs]
         if not np.isfinite(both).all():
             continue

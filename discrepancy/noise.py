@@ -40,7 +40,7 @@ _EVEN = 4096
 _BINOMIAL_4 = math.sqrt(70.0)
 """Gain of the fourth difference for white noise: the root of 1 + 16 + 36 + 16 + 1."""
 
-_LEAST = 1e-3
+LEAST = 1e-3
 """Least noise over a record's standard deviation: what is simulated without a sensor's noise has none, and no model is
 true to a thousandth."""
 
@@ -62,7 +62,7 @@ def shared_noise(records: Sequence[np.ndarray], rate: float) -> tuple[float, flo
     pieces = _pieces([_level(values) for values in records], rate)
     pieces -= pieces.mean(axis=1, keepdims=True)
     found = _fitted(pieces, rate)
-    least = _LEAST * float(np.median([_level(values).std() for values in records]))
+    least = LEAST * float(np.median([_level(values).std() for values in records]))
     if found is None or not found[1] > 0.0:
         return max(float(np.median([white_noise(values) for values in records])), least), 0.0
     colour, variance = found

@@ -18,7 +18,7 @@ import numpy as np
 
 from discrepancy.criteria import Criteria
 from discrepancy.fits import Fits
-from discrepancy.model import NONE, Hypothesis, Model, Noise
+from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import Race, first_of_each, race, restarted
@@ -49,9 +49,13 @@ class Search:
     criteria : Criteria
     suggest : callable
         Gives places of sets that are compared with what the search selects.
+    end : float, optional
+        Processor time at which no further fit begins, where the time given has begun before.
     """
 
-    def __init__(self, model: Model, criteria: Criteria, suggest: Suggest = lambda fits: ()) -> None:
+    def __init__(
+        self, model: Model, criteria: Criteria, suggest: Suggest = lambda fits: (), end: float | None = None
+    ) -> None:
         self.whole, self.model, self.criteria = model, model.part(criteria.searched), criteria
         self._suggest = suggest
         self.fits = Fits(model, self.model)
@@ -61,9 +65,9 @@ class Search:
         self._anew: dict[tuple[Fitted, int], Point] = {}
         self._barred: frozenset[str] = frozenset()
         given = math.inf if criteria.seconds is None else criteria.seconds
-        self._end = time.process_time() + _FOR_SEARCH * given
+        self.end = time.process_time() + _FOR_SEARCH * given if end is None else end
 
-    def noise_left(self) -> Noise:
+    def noise_left(self) -> tuple[float, float]:
         """The noise that the model as it came leaves, over that which was estimated."""
         place = self.fits.begun.place
         return self.model.with_all_samples().noise_left(self._left(place))
@@ -136,7 +140,7 @@ class Search:
 
     def in_time(self) -> bool:
         """Whether the time given is not over."""
-        return time.process_time() < self._end
+        return time.process_time() < self.end
 
     def _looks_on(self, fitted: Fitted) -> bool:
         strained = fitted.place.strain(self.model) >= self.criteria.strain

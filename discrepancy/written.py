@@ -45,7 +45,7 @@ def written(
 ) -> Written:  # fmt: skip
     """The machine as it is told, with parameters at a bound at nominal and the others fitted again. What is missing has
     bent the parameters towards it where much remains of a record held out: then the nominal machine with the named
-    effects as they were found, or without them where they close next to nothing. Start states on the records held out
+    effects as they were found, or without them where these do not serve there. Start states on the records held out
     begin at the place `held`; `floor` is the mean square there that does not repeat. The effects `named` may have been
     judged beside others, with other sizes."""
     calibrated, at_nominal = _within_bounds(model, told)
@@ -63,8 +63,7 @@ def written(
     if calibrated.hypothesis.effects:
         bare = _at_nominal(model, told.believed)
         (there,) = held_places([bare], held_out, [held, without])
-        rows = _left(there, without, held_out, floor, criteria)
-        if not any(left > (1.0 - criteria.law) * open_ for _, left, open_ in rows):
+        if _serves(_left(there, without, held_out, floor, criteria), criteria):
             which = "This is the nominal machine with what is named"
             remarks = (f"{which}. The calibrated one is held back: {why}.", *_told_otherwise(named, told))
             return Written(bare, why, remarks)
@@ -97,6 +96,13 @@ def _left(place: Point, nominal: Point, held_out: Model, floor: float, criteria:
         )
         found.append((g, left, open_))
     return found
+
+
+def _serves(rows: _Left, criteria: Criteria) -> bool:
+    """Whether what is named closes more of a record held out than its law may leave, and makes none worse. A record
+    that is at the noise either way does not show it."""
+    helps = any(left <= (1.0 - criteria.law) * open_ for _, left, open_ in rows if open_ >= criteria.at_noise)
+    return helps and not any(left > max(open_, criteria.at_noise) for _, left, open_ in rows)
 
 
 def _told_otherwise(named: Sequence[FoundEffect], told: Estimates) -> list[str]:

@@ -80,6 +80,8 @@ class Calibrated:
         Of the search for what the drawing lacks.
     level : float
         rms of the residual of held-out records over the noise.
+    noise_share : float
+        Noise that the calibrated machine shows over that which the records alone seem to show; 1 where it was left.
     scale_spread : float
         Relative standard deviation of the common scale [-].
     spread : mapping
@@ -98,6 +100,7 @@ class Calibrated:
     verdict: str
     headline: str
     level: float
+    noise_share: float
     scale_spread: float
     spread: Mapping[str, float]
     notes: tuple[str, ...]
@@ -133,8 +136,8 @@ def calibrated(
     headline = _headline(answer, findings[len(model.known) :], findings[: len(model.known)])
     return Calibrated(
         machine, sensor, joint.load, paths, units, np.column_stack(values), findings, answer.verdict, headline,
-        answer.held[base.name].level(answer.held_out), math.hypot(float(np.std(scale)), uncertain.scale), spread,
-        tuple(subject.notes),
+        answer.held[base.name].level(answer.held_out), answer.noise_share,
+        math.hypot(float(np.std(scale)), uncertain.scale), spread, tuple(subject.notes),
     )  # fmt: skip
 
 

@@ -171,7 +171,7 @@ class Maker:
             **calibration_card(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
             "load_factor": found.load_factor, "unit": found.sensor.unit,
-            "sample_noise": float(np.median([e.noise_level for e in self.bench.experiments])),
+            "sample_noise": found.noise_share * float(np.median([e.noise_level for e in self.bench.experiments])),
             "recorded": [[p.motor_speed / RPM, p.load_torque] for p in self._recorded()],
             "start_compared": self.bench.start_compared,
         }  # fmt: skip

@@ -112,8 +112,9 @@ class ForwardSubject(FormSubject):
         }
         return forms_of(self.model.scales[0], passed, self.model.known)
 
-    def measurements(self) -> tuple[Measurement, ...]:
-        base, found = self.model, []
+    def measurements(self, model: Model) -> tuple[Measurement, ...]:
+        assert isinstance(model, ForwardModel)
+        base, found = model, []
         longest = max((base.courses[k] for k in base.windows.tracks), key=lambda c: len(c.u))
         whole = base.windows
         mine = base.windows.track == base.courses.index(longest)

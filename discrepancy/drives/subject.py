@@ -101,8 +101,9 @@ class DriveSubject(FormSubject):
         }
         return forms_of(self.model.scales, passed, self.model.known)
 
-    def measurements(self) -> tuple[Measurement, ...]:
-        base = self.model
+    def measurements(self, model: Model) -> tuple[Measurement, ...]:
+        assert isinstance(model, InverseModel)
+        base = model
         longest = max((base.tracks[k] for k in base.windows.tracks), key=lambda t: len(t.t))
         found = []
         for words, track in imagined(longest):

@@ -21,8 +21,8 @@ from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.together import Together
 from discrepancy.indexer.windows import Experiment, check_alike, check_enough, check_rest, covering, windows_of
 from discrepancy.jobs import Jobs
-from discrepancy.model import Hypothesis, Model, Noise
-from discrepancy.noise import autoregression, shared_noise
+from discrepancy.model import Hypothesis, Model
+from discrepancy.noise import LEAST, autoregression, shared_noise
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects.measures import measures
 from indexer_env.kernels import layout
@@ -163,17 +163,22 @@ class IndexerModel(Model):
         """Residuals (w, n) of each record's windows, one behind the other."""
         return [residual[mine][self._inside[mine]] for k in range(len(self.experiments)) for mine in [self.groups == k]]
 
-    def noise_left(self, residual: np.ndarray) -> Noise:
+    def noise_left(self, residual: np.ndarray) -> tuple[float, float]:
         rows = zip(self._end_to_end(residual), self.experiments, strict=True)
-        estimated = [row for row, experiment in rows if experiment.noise is None]
-        if not estimated or autoregression(estimated, self.sample_rate) is None:
+        own = [(row, one) for row, one in rows if one.noise is None]
+        if not own or any(autoregression([row], self.sample_rate) is None for row, _ in own):
             return super().noise_left(residual)
-        return shared_noise(estimated, self.sample_rate)
+        sensors = {
+            one.noise_level: [row for row, other in own if other.noise_level == one.noise_level] for _, one in own
+        }
+        share, colour = max(shared_noise(rows, self.sample_rate) for rows in sensors.values())
+        return max([share, *(LEAST * float(one.signal.values.std()) / one.noise_level for _, one in own)]), colour
 
-    def with_noise(self, noise: Noise) -> IndexerModel:
-        other, (share, colour) = copy.copy(self), noise
+    def with_noise(self, share: float, colour: float) -> IndexerModel:
+        other = copy.copy(self)
         other.experiments = tuple(one.quieter(share, colour) for one in self.experiments)
-        other._cut()
+        other._stated = Conditions(other.experiments, self.machine.reduction, self.parameters)
+        other._with_all = self._with_all and self._with_all.with_noise(share, colour)
         return other
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:

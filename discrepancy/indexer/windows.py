@@ -113,10 +113,12 @@ class Experiment:
         return dataclasses.replace(self, signal=signal, noise=self.noise_level, estimate=None)
 
     def quieter(self, share: float, colour: float) -> Experiment:
-        """The record with this share of the noise that was estimated, and its colour; itself where noise is stated."""
+        """The record with this share of the noise that was estimated, and its colour; itself where noise is stated. The
+        record alone does not show it, so that it counts as stated from here on."""
         if self.noise is not None:
             return self
-        return dataclasses.replace(self, estimate=(share * self.noise_level, colour))
+        noise = share * self.noise_level
+        return dataclasses.replace(self, noise=noise, estimate=(noise, colour))
 
     @functools.cached_property
     def _estimated(self) -> tuple[float, float]:

@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Sequence
 
 from discrepancy.indexer.reading import of_its_rate
-from discrepancy.model import Noise
 from discrepancy.noise import limited_noise, noise_of, shared_noise
 from discrepancy.records.conditions import grouped
 from discrepancy.records.reading import Record
@@ -14,6 +13,9 @@ from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_records.measured import RATE_TOLERANCE
 from indexer_records.resample import CUTOFF, entire
+
+Noise = tuple[float, float]
+"""Standard deviation and correlation from sample to sample."""
 
 _RATE = 1000.0
 """Sampling rate [Hz] that tells what a machine lacks: its modes lie below 100 Hz."""

@@ -183,8 +183,8 @@ class Subject(ABC):
         """An effect of the library in one sentence."""
 
     @abstractmethod
-    def measurements(self) -> tuple[Measurement, ...]:
-        """Measurements that could be made next."""
+    def measurements(self, model: Model) -> tuple[Measurement, ...]:
+        """Measurements that could be made next, beside the records of `model`, with their noise."""
 
     def origin(self, model: Model, place: Point) -> Origin | None:
         """Where what a fitted place of `model` leaves comes from; None where nothing shows, or nothing is known of

@@ -185,8 +185,9 @@ class IndexerSubject(Subject):
     def meaning(self, effect: str) -> str:
         return EFFECTS[effect].sentence
 
-    def measurements(self) -> tuple[Measurement, ...]:
-        return imagined(self.model)
+    def measurements(self, model: Model) -> tuple[Measurement, ...]:
+        assert isinstance(model, IndexerModel)
+        return imagined(model)
 
     def origin(self, model: Model, place: Point) -> Origin | None:
         assert isinstance(model, IndexerModel)

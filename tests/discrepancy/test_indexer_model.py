@@ -324,19 +324,51 @@ def test_a_slipping_motor_drifts_as_its_record_does() -> None:
     assert np.abs(read(slip, stiff, windows) - read(NONE, z, windows)).max() < 2e-3 * scale
 
 
-@pytest.mark.parametrize(("stated", "expected"), [(None, 0.25), (1.0, 1.0)])
-def test_noise_is_read_anew_from_what_is_left_where_it_was_estimated(stated: float | None, expected: float) -> None:
-    """Seed 11: a quarter of the noise that was taken is left, white, of a machine that rings in all its records."""
-    time = np.arange(12300) / 1000.0
-    ringing = Signal(3e3 * np.sin(2.0 * math.pi * 120.0 * time) ** 3, 1000.0, unit="rad/s^2")
-    model = IndexerModel(load_machine("reference"), [Experiment(ringing, OperatingPoint(), noise=stated)] * 2)
-    left = np.where(model._inside, 0.25 * np.random.default_rng(11).standard_normal(model._inside.shape), 0.0)
-    share, colour = model.noise_left(left)
-    assert share == pytest.approx(expected, rel=0.05) and 0.0 <= colour < 0.1
-    before, quieter = at_nominal(model), model.with_noise((share, colour))
-    near = np.abs(before) < 100.0
-    assert near.mean() > 0.1 and np.allclose(at_nominal(quieter)[near], before[near] / share)
-    assert [one.noise_level / share for one in quieter.experiments] == [one.noise_level for one in model.experiments]
+def ringing(seconds: float = 12.3) -> Signal:
+    """Of a machine that rings at 120 Hz all the time."""
+    time = np.arange(round(1000.0 * seconds)) / 1000.0
+    return Signal(3e3 * np.sin(2.0 * math.pi * 120.0 * time) ** 3, 1000.0, unit="rad/s^2")
+
+
+def white(model: IndexerModel, size: float) -> np.ndarray:
+    """Residuals that are white; seed 11."""
+    return np.where(model._inside, size * np.random.default_rng(11).standard_normal(model._inside.shape), 0.0)
+
+
+def test_noise_is_read_anew_from_what_is_left() -> None:
+    """A quarter of the noise that was taken is left, white."""
+    taken = Experiment(ringing(), OperatingPoint(), estimate=(30.0, 0.0))
+    model = IndexerModel(load_machine("reference"), [taken] * 2)
+    share, colour = model.noise_left(white(model, 0.25))
+    assert share == pytest.approx(0.25, rel=0.05) and 0.0 <= colour < 0.1
+    part = model.part(4)
+    for one in (model, part, model.recording(0.5 * model._reading.measured)):
+        before, quieter = at_nominal(one), one.with_noise(share, colour)
+        near, louder = np.abs(before) < 100.0, 1.0 if one is part else 1.0 / share
+        assert near.mean() > 0.1 and np.allclose(at_nominal(quieter)[near], louder * before[near])
+    told = [(one.noise, one.colour) for one in model.with_noise(share, colour).experiments]
+    assert told == [(share * one.noise_level, colour) for one in model.experiments]
+    # as it is known now, nobody estimates it from the records again
+    assert all(one.noise is not None for one in model.with_noise(share, colour).experiments)
+
+
+def test_noise_is_left_where_it_was_stated_or_too_little_is_left_to_tell() -> None:
+    stated = IndexerModel(load_machine("reference"), [Experiment(ringing(), OperatingPoint(), noise=1.0)] * 2)
+    assert stated.noise_left(white(stated, 0.25)) == (1.0, 0.0)
+    assert stated.with_noise(0.25, 0.0).experiments == stated.experiments
+    # one record of so little that its pieces tell no spectrum is enough
+    fast = OperatingPoint(motor_speed=600.0)
+    short = IndexerModel(load_machine("reference"), [Experiment(ringing(0.5), fast), Experiment(ringing(), fast)])
+    assert short.noise_left(white(short, 0.25)) == (1.0, 0.0)
+
+
+def test_noise_is_no_less_than_a_thousandth_of_the_record_nor_than_any_sensor_shows() -> None:
+    loud, quiet = (Experiment(ringing(), OperatingPoint(), estimate=(noise, 0.0)) for noise in (30.0, 6.0))
+    model = IndexerModel(load_machine("reference"), [loud, quiet])
+    sizes = np.where(model.groups == 0, 0.2, 0.9)[:, None]
+    assert model.noise_left(sizes * white(model, 1.0))[0] == pytest.approx(0.9, rel=0.05)
+    spread = float(loud.signal.values.std())
+    assert model.noise_left(white(model, 1e-5))[0] == pytest.approx(1e-3 * spread / 6.0)
 
 
 def at_nominal(model: IndexerModel) -> np.ndarray:

@@ -34,7 +34,9 @@ def fitted(model: IndexerModel, hypothesis: Hypothesis, start: tuple[float, ...]
 
 def separated(subject, *places: Point, searched: IndexerModel | None = None) -> tuple[Separation, ...]:
     question = Question("which one it is", tuple(Fitted(place, True, 0.0, 1.0) for place in places))
-    answer = SimpleNamespace(selection=SimpleNamespace(dispersion=1.0, model=searched or subject.model))
+    answer = SimpleNamespace(
+        model=subject.model, selection=SimpleNamespace(dispersion=1.0, model=searched or subject.model)
+    )
     return separations(subject, answer, question)  # type: ignore[arg-type]
 
 
@@ -111,7 +113,7 @@ def test_no_measurement_separates_an_effect_from_itself(made, name: str, values:
     problem = Problem(model, hypothesis)
     z = np.concatenate([np.zeros(len(model.parameters)), hypothesis.coordinates(values)])
     place = problem.point(z, np.zeros((len(model.counts), model.local_count(hypothesis))))
-    subject = SimpleNamespace(model=model, measurements=lambda: imagined(model)[::36])
+    subject = SimpleNamespace(model=model, measurements=lambda model: imagined(model)[::36])
     found = separated(subject, place, place)
     assert len(found) == 2 and all(one.separation < 1e-6 for one in found)
 
@@ -135,7 +137,7 @@ def test_what_was_known_is_no_less_known_for_the_dispersion(dispersion: float) -
 
 def test_a_measurement_that_one_rival_cannot_make_is_left_out(made, monkeypatch) -> None:
     measurements = tuple(SimpleNamespace(name=name) for name in ("m0", "m1", "m2"))
-    subject = SimpleNamespace(model=made[0].model, measurements=lambda: measurements)
+    subject = SimpleNamespace(model=made[0].model, measurements=lambda model: measurements)
     cannot = {("m0", "drive.slip"), ("m1", "friction.viscous")}
 
     def separation(measurement, true, other):
@@ -154,7 +156,7 @@ def test_an_effect_that_the_machine_is_known_to_have_is_part_of_what_is_imagined
     problem = Problem(subject.model, slip)
     z = np.concatenate([np.zeros(len(subject.model.parameters)), slip.coordinates((0.2,))])
     place = problem.point(z, np.zeros((len(subject.model.counts), 4)))
-    few = SimpleNamespace(model=subject.model, measurements=lambda: subject.measurements()[::36])
+    few = SimpleNamespace(model=subject.model, measurements=lambda model: subject.measurements(subject.model)[::36])
     found = separated(few, place, place)
     assert len(found) == 2 and all(one.separation < 1e-6 for one in found)
 

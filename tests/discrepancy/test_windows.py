@@ -124,3 +124,11 @@ def test_a_record_gives_the_windows_that_another_one_lacks() -> None:
     chosen = covering(windows, 12, 8)
     assert len(chosen) == 12
     assert {turn % 12 for _, turn in chosen} == {turn % 12 for _, turn in windows.turns}
+
+
+def test_records_show_more_windows_until_every_station_is_seen() -> None:
+    """Eight stations, three short records: eight windows show seven."""
+    windows = cut([1824, 11049, 6778], [2.0 * math.pi / 1000.0] * 3, [2.0 * math.pi * s for s in (5.39, 7.57, 0.25)])
+    chosen = covering(windows, 8, 8)
+    assert {turn % 8 for _, turn in chosen} == {turn % 8 for _, turn in windows.turns}
+    assert len(chosen) == 9

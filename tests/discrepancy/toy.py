@@ -143,8 +143,9 @@ class ChordSubject(Subject):
     def meaning(self, effect: str) -> str:
         return f"A {effect} is heard."
 
-    def measurements(self) -> tuple[Measurement, ...]:
-        again = self.model.recording(np.zeros((WINDOWS, SAMPLES)))
+    def measurements(self, model: Model) -> tuple[Measurement, ...]:
+        assert isinstance(model, Chord)
+        again = model.recording(np.zeros((WINDOWS, SAMPLES)))
         telling = copy.copy(again)
         telling.shapes = {**again.shapes, "twin": again.shapes["rest"]}
         return Measurement("the same again", again), Measurement("a telling one", telling)

@@ -181,7 +181,7 @@ def test_records_are_laid_out_for_the_report(truth: np.ndarray, tmp_path: Path) 
     view = subject.view(subject.model)
     assert view.measured[view.inside].size == subject.model.counts.sum()
     assert {axis.name for axis in view.axes} == {"direction", "position", "speed", "time"}
-    names = [m.name for m in subject.measurements()]
+    names = [m.name for m in subject.measurements(subject.model)]
     assert "the same motion again" in names and len(names) == 3
     assert "drive: my_drive.py" in subject.files(subject.model, start_of(subject)[1])["machine.yaml"]
 
