@@ -64,7 +64,7 @@ class Outcome:
         The joint at which what remains beside what is accepted enters, and what it varies with; None where nothing
         shows, or the subject cannot tell.
     of_records : tuple of str
-        What is accepted says of single records, a sentence each.
+        What is accepted says of single records and of their noise, a sentence each.
     asked : bool
         False where the stage failed before the question was formed, so that something may be open.
     """

@@ -28,7 +28,8 @@ class Criteria:
     slight : float
         Mean square that an effect closes over what the one closes that closes most, below which it gets no name: a law
         of that one that is right to a seventh leaves as much. Two effects that are known to look alike are told apart
-        by more than that share of what one closes.
+        by more than that share of what one closes. A window that it changes by less of what it changes most, and by
+        less than `much`, does not tell whether it is steady.
     strain : float
         Standard deviations by which the worst number that was stated of a record (its start angle, load, speed) may be
         pulled: a sensor that reads late is explained by records that begin elsewhere than was measured. Where it is
@@ -66,8 +67,9 @@ class Criteria:
         Fits to the end in each round, and effects with which a found one is exchanged.
     searched : int
         Windows of all records together among which the search chooses, or as many as there are stations or records if
-        that is more; the set chosen is fitted to all windows. Twelve take up to 30 % more of the simulator, and in 45
-        messy cases of the challenge's tuning half give no right name more and one wrong one less.
+        that is more, and more until every station is seen that a record shows; the set chosen is fitted to all windows.
+        Twelve take up to 30 % more of the simulator, and in 45 messy cases of the challenge's tuning half give no right
+        name more and one wrong one less.
     starts : int
         Starts of each effect that are simulated in the worst windows.
     windows : int

@@ -19,7 +19,8 @@ class Jobs:
     states : ndarray (n, l)
         Scaled local parameters: the unknown state in which a window starts.
     apart : bool
-        Whether each point is simulated as if alone, as nothing is made of small differences between them.
+        Whether each point takes the steps that it needs by itself; else all of one kind take the same ones, so that
+        small differences between them are smooth.
     """
 
     points: np.ndarray

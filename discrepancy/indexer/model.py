@@ -19,10 +19,17 @@ from discrepancy.indexer.parameters import base_parameters, record_parameters, s
 from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered, runs
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.together import Together
-from discrepancy.indexer.windows import Experiment, check_alike, check_enough, check_rest, covering, windows_of
+from discrepancy.indexer.windows import (
+    Experiment,
+    check_alike,
+    check_enough,
+    check_rest,
+    covering,
+    noise_shown,
+    windows_of,
+)
 from discrepancy.jobs import Jobs
 from discrepancy.model import Hypothesis, Model
-from discrepancy.noise import LEAST, autoregression, shared_noise
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects.measures import measures
 from indexer_env.kernels import layout
@@ -155,24 +162,15 @@ class IndexerModel(Model):
 
     def _lines(self, residual: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Orders and frequencies at which lines stand in every record, residuals (w, n) of all samples end to end."""
-        full = self.with_all_samples()
-        turns = (self._stated.rates / self.machine.reduction / (2.0 * math.pi)).tolist()
-        return lines(full._end_to_end(residual), full.sample_rate, turns)
+        full, turns = self.with_all_samples(), self._stated.rates / self.machine.reduction / (2.0 * math.pi)
+        return lines(full._end_to_end(residual), full.sample_rate, turns.tolist())
 
     def _end_to_end(self, residual: np.ndarray) -> list[np.ndarray]:
         """Residuals (w, n) of each record's windows, one behind the other."""
         return [residual[mine][self._inside[mine]] for k in range(len(self.experiments)) for mine in [self.groups == k]]
 
     def noise_left(self, residual: np.ndarray) -> tuple[float, float]:
-        rows = zip(self._end_to_end(residual), self.experiments, strict=True)
-        own = [(row, one) for row, one in rows if one.noise is None]
-        if not own or any(autoregression([row], self.sample_rate) is None for row, _ in own):
-            return super().noise_left(residual)
-        sensors = {
-            one.noise_level: [row for row, other in own if other.noise_level == one.noise_level] for _, one in own
-        }
-        share, colour = max(shared_noise(rows, self.sample_rate) for rows in sensors.values())
-        return max([share, *(LEAST * float(one.signal.values.std()) / one.noise_level for _, one in own)]), colour
+        return noise_shown(self.experiments, self._end_to_end(residual))
 
     def with_noise(self, share: float, colour: float) -> IndexerModel:
         other = copy.copy(self)

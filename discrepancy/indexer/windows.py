@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.noise import noise_of
+from discrepancy.noise import LEAST, autoregression, noise_of, shared_noise
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
@@ -123,6 +123,19 @@ class Experiment:
     @functools.cached_property
     def _estimated(self) -> tuple[float, float]:
         return self.estimate or noise_of(self.signal.values, self.signal.sample_rate)
+
+
+def noise_shown(experiments: Sequence[Experiment], residuals: Sequence[np.ndarray]) -> tuple[float, float]:
+    """The noise that residuals (n,) of records show, as a share of that which was estimated of them, and its
+    correlation from sample to sample: of sensors whose noise was estimated apart that of the one that shows most; 1
+    where none was, or where a record is too short to tell."""
+    own = [(row, one) for row, one in zip(residuals, experiments, strict=True) if one.noise is None]
+    rate = experiments[0].signal.sample_rate
+    if not own or any(autoregression([row], rate) is None for row, _ in own):
+        return 1.0, 0.0
+    sensors = {one.noise_level: [row for row, other in own if other.noise_level == one.noise_level] for _, one in own}
+    share, colour = max(shared_noise(rows, rate) for rows in sensors.values())
+    return max([share, *(LEAST * float(one.signal.values.std()) / one.noise_level for _, one in own)]), colour
 
 
 @dataclass(frozen=True, eq=False)

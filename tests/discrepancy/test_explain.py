@@ -1,6 +1,5 @@
 """Each verdict, on chords whose answer is known. Seeds 5 and 6."""
 
-import copy
 import dataclasses
 import importlib
 from collections.abc import Mapping
@@ -12,14 +11,14 @@ from discrepancy import Criteria, Explanation, explain
 from discrepancy.explain import _looks_like
 from discrepancy.finding import listed
 from discrepancy.fits import Fits
-from discrepancy.model import Hypothesis, Model, together
+from discrepancy.model import Hypothesis, together
 from discrepancy.next_measurement import question_of
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
 from discrepancy.selection import Fitted
 from indexer_env.errors import ParameterError
-from tests.discrepancy.toy import Chord, Long
+from tests.discrepancy.toy import Chord, Long, Loud
 
 
 def explained(
@@ -236,26 +235,6 @@ def test_all_members_of_a_family_are_told_from_all_windows() -> None:
     (finding,) = explain(model, held_out, Criteria(searched=4)).findings
     one, other = (effect.parameters[0] for effect in finding.effects)
     assert other.high - other.low == pytest.approx(one.high - one.low, rel=0.05)
-
-
-class Loud(Chord):
-    """A chord that shows a share of the noise that was taken, and is then heard as much louder."""
-
-    shows = 1.0
-
-    def noise_left(self, residual: np.ndarray) -> tuple[float, float]:
-        return self.shows, 0.0
-
-    def with_noise(self, share: float, colour: float) -> Model:
-        other = copy.copy(self)
-        other.y = self.y / share
-        other.shapes = {name: shape / share for name, shape in self.shapes.items()}
-        return other
-
-    def tolerating(self, share: float) -> Model:
-        other = copy.copy(self)
-        other.tolerated = 1.0 + share * float((self.y**2).mean())
-        return other
 
 
 @pytest.mark.parametrize(("shows", "share", "level"), [(0.5, 0.5, 1.0), (0.9, 1.0, 0.5)])

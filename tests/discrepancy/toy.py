@@ -108,6 +108,26 @@ def late(seed: int) -> Chord:
     return model
 
 
+class Loud(Chord):
+    """A chord that shows a share of the noise that was taken, and is then heard as much louder."""
+
+    shows = 1.0
+
+    def noise_left(self, residual: np.ndarray) -> tuple[float, float]:
+        return self.shows, 0.0
+
+    def with_noise(self, share: float, colour: float) -> Model:
+        other = copy.copy(self)
+        other.y = self.y / share
+        other.shapes = {name: shape / share for name, shape in self.shapes.items()}
+        return other
+
+    def tolerating(self, share: float) -> Model:
+        other = copy.copy(self)
+        other.tolerated = 1.0 + share * float((self.y**2).mean())
+        return other
+
+
 class ChordSubject(Subject):
     """A chord as the chain takes it; its measurements are the same again, and one with the shapes told apart."""
 
@@ -151,4 +171,4 @@ class ChordSubject(Subject):
         return Measurement("the same again", again), Measurement("a telling one", telling)
 
 
-__all__ = ["NONE", "SAMPLES", "WINDOWS", "Chord", "ChordSubject", "Stateless", "effect", "late"]
+__all__ = ["NONE", "SAMPLES", "WINDOWS", "Chord", "ChordSubject", "Loud", "Stateless", "effect", "late"]

@@ -28,7 +28,7 @@ from discrepancy.report.words import percent, ranged
 from discrepancy.search import Race, Search
 from discrepancy.written import Written
 from indexer_env.effects.spline import Axis
-from tests.discrepancy.toy import Chord, ChordSubject, effect
+from tests.discrepancy.toy import ChordSubject, Loud, effect
 
 PLACES = [Place("output", "phase", "a torque on the table that follows the cam's phase", 0.6),
           Place("input", "phase", "a torque on the cam shaft that follows the cam's phase", 0.3)]  # fmt: skip
@@ -491,8 +491,19 @@ def test_what_is_tolerated_does_not_remain(made: Made, tolerance: float | None, 
     assert said in headline(dataclasses.replace(made("two"), answer=answer))
 
 
-def test_noise_that_was_taken_for_too_much_is_told(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert not any("noise" in one for one in made("found").of_records)
-    monkeypatch.setattr(Chord, "noise_left", lambda model, residual: (0.3, 0.0))
-    (said,) = run_chain(ChordSubject({"tone": 10.0}), 5).of_records
-    assert said.startswith("The noise is 30 % of what the records themselves seem to show")
+def test_all_stages_go_by_the_noise_that_is_believed(made: Made) -> None:
+    """Noise that was taken for three times too much, with a tone of the size of the other subject's."""
+    subject = ChordSubject({"tone": 10.0})
+    for k, name in ((5, "model"), (6, "held_out")):
+        model = Loud({"tone": 10.0}, k)
+        model.shows, model.y = 0.3, 0.3 * model.y
+        model.shapes = {one: 0.3 * shape for one, shape in model.shapes.items()}
+        setattr(subject, name, model)
+    found, right = run_chain(subject, 5), made("found")
+    assert found.of_records[0].startswith("The noise is 30 % of what the records themselves seem to show")
+    assert not any("noise" in one for one in right.of_records)
+    assert found.answer.noise_share == 0.3 and found.answer.model is not subject.model
+    assert found.where is not None and right.where is not None and found.gap is not None and right.gap is not None
+    assert found.where.level == pytest.approx(right.where.level)
+    assert found.gap.before.value == pytest.approx(right.gap.before.value)
+    assert content(found)["gap"]["noise_floor"] == pytest.approx(content(right)["gap"]["noise_floor"])
