@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from discrepancy.fit import fit
+from discrepancy.grids import by_size
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.indexer.advance import steps_per_sample
 from discrepancy.indexer.parameters import read, torque_power
@@ -14,7 +15,7 @@ from discrepancy.indexer.reading import by_clock, numbered
 from discrepancy.jobs import Jobs
 from discrepancy.model import NONE, Hypothesis, together
 from discrepancy.problem import Problem
-from indexer_env import OperatingPoint, Sensor, Signal, load_machine, make_effect
+from indexer_env import OperatingPoint, Run, Sensor, Signal, load_machine, make_effect, simulate_batch
 from indexer_env.errors import ParameterError
 from indexer_experiments.challenge.truth import true_motion
 
@@ -376,3 +377,28 @@ def at_nominal(model: IndexerModel) -> np.ndarray:
     windows = np.arange(len(model.counts))
     states = np.zeros((len(windows), model.local_count(NONE)))
     return model.residuals(NONE, Jobs.at(np.zeros(len(model.parameters)), windows, states))
+
+
+def test_places_that_are_started_side_by_side_are_as_each_alone() -> None:
+    """Three stiffnesses, and so integrator steps, of a machine with play, in windows in any order."""
+    machine = load_machine("reference")
+    motion = simulate_batch([machine], [OperatingPoint()], Run(samples=1500)).table_acceleration[0]
+    model = IndexerModel(machine, [Experiment(Signal(motion, 250.0, unit="rad/s^2"), OperatingPoint(), noise=1.0)])
+    problem, windows = Problem(model, NONE), np.array([3, 0, 2])
+    z = np.zeros((3, len(model.parameters)))
+    z[:, [p.name for p in model.parameters].index("output_joint.stiffness")] = -3.0, 0.0, 3.0
+    states = np.random.default_rng(4).standard_normal((3, len(model.counts), model.local_count(NONE)))
+    grids = [model.state_grid(NONE, row, shaken=True) for row in z]
+    assert all(map(len, grids))
+    together, squares = problem.started(z, states, windows)
+    for k in range(3):
+        alone, least = problem.started(z[k : k + 1], states[k : k + 1], windows)
+        assert np.array_equal(together[k], alone[0]) and np.array_equal(squares[k], least[0])
+
+
+def test_grids_of_one_size_stand_side_by_side_in_parts() -> None:
+    grids = [np.full((size, 2), float(k)) for k, size in enumerate((4, 2, 4, 4, 0, 9, 0))]
+    found = [(numbers, each.shape) for numbers, each in by_size(grids, 8)]
+    assert found == [([0, 2], (4, 2, 2)), ([3], (4, 1, 2)), ([1], (2, 1, 2)), ([4, 6], (0, 2, 2)), ([5], (9, 1, 2))]
+    for numbers, each in by_size(grids, 8):
+        assert all((each[:, k] == number).all() for k, number in enumerate(numbers))
