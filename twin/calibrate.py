@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy import Explanation, explain
+from discrepancy import Criteria, Explanation, explain
 from discrepancy import Finding as Found
 from discrepancy.grades import ESTABLISHED, STANDS_IN
 from discrepancy.indexer import IndexerModel
@@ -22,6 +22,9 @@ from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
 from indexer_env.units import behind_number
 from twin.posterior import Uncertain, columns_of, joint_of, logs_of, rescaled, whole
+
+CRITERIA = Criteria(closes=0.75)
+"""Neither tables nor other causes are asked here, which keep the name from what imitates an effect and closes less."""
 
 _CLOSES = 0.5
 """Share of the gap on held-out records that an effect without a name must close to stand in."""
@@ -110,7 +113,7 @@ def calibrated(
     subject: IndexerSubject, uncertain: Uncertain, count: int, seed: int, *, extend: bool = True
 ) -> Calibrated:
     """Calibrate and extend the machine of a subject, and draw `count` machines from what its records leave open."""
-    answer = explain(subject.model, subject.held_out)
+    answer = explain(subject.model, subject.held_out, CRITERIA)
     base, model = accepted(answer) if extend else answer.base, answer.model
     assert isinstance(model, IndexerModel)
     joint = joint_of(model, base.place, uncertain)

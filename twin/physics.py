@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy import Criteria, Explanation, explain
+from discrepancy import Explanation, explain
 from discrepancy import Finding as Found
 from discrepancy.grades import ESTABLISHED, NAMED
 from discrepancy.indexer import IndexerModel
@@ -24,14 +24,14 @@ from indexer_env.errors import SignalError
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
-from twin.calibrate import SD_OF_95, accepted, finding_of, left, told
+from twin.calibrate import CRITERIA, SD_OF_95, accepted, finding_of, left, told
 from twin.diagnosis import FaultSeen
 from twin.faults import Fault, by_effect
 from twin.freed import freed, of_machine
 from twin.measured import FINEST, Measured, measured, suggested
 from twin.nuisance import Nuisance
 
-_SMALL = Criteria(span=None)
+_SMALL = dataclasses.replace(CRITERIA, span=None)
 """At its smallest size, where an alarm is raised 95 times in 100, a fault is known within a factor of three."""
 
 
