@@ -156,3 +156,9 @@ def test_what_is_kept_of_the_sensor_is_no_change(monkeypatch, tmp_path):
     told = updated(monkeypatch, tmp_path, 1400.0)
     assert [row["effect"] for row in told["findings"]] == ["sensor.gain"]
     assert "sensor.gain.error" not in told["moved"]["changes"]
+
+
+def test_records_to_diagnose_have_the_noise_that_the_calibrated_machine_shows(monkeypatch, tmp_path):
+    """0.2 rad/s² by the records alone, half of it by what the machine leaves of them."""
+    quieter = dataclasses.replace(calibrated(SMOOTH), noise_share=0.5)
+    assert updated(monkeypatch, tmp_path, 1201.0, level=0.102, found=quieter)["sample_noise"] == 0.1

@@ -56,7 +56,7 @@ def test_a_covariance_is_nowhere_narrower_than_curvature_and_misfit_leave_it():
 
 
 def calibrated(machine, *findings: Finding) -> Calibrated:
-    return Calibrated(machine, Sensor(), 1.0, (), (), np.zeros((1, 0)), findings, "none", "", 1.0, 0.03, {}, ())
+    return Calibrated(machine, Sensor(), 1.0, (), (), np.zeros((1, 0)), findings, "none", "", 1.0, 1.0, 0.03, {}, ())
 
 
 BEFORE = {"spread": dict.fromkeys(UNCERTAINTY, 0.01), "findings": [], "level": 1.0}
