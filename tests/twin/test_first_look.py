@@ -130,7 +130,9 @@ def test_the_calibration_says_and_notes_it(tmp_path, monkeypatch, caplog):
     maker.settings, maker.before, maker.out = Settings(), None, tmp_path
     maker.bench = make.Bench(subject)  # type: ignore[arg-type]
     maker.work = SimpleNamespace(has=lambda names: False, write=written.__setitem__)  # type: ignore[assignment]
-    sound = SimpleNamespace(machine=MACHINE, sensor=healthy().sensor, paths=(), draws=np.zeros((1, 0)), load_factor=1.0)
+    sound = SimpleNamespace(
+        machine=MACHINE, sensor=healthy().sensor, paths=(), draws=np.zeros((1, 0)), load_factor=1.0, noise_share=1.0
+    )
     monkeypatch.setattr(make, "calibrated", lambda *given, **more: sound)
     monkeypatch.setattr(make, "calibration_card", lambda found: {"notes": ["a note"]})
     with caplog.at_level(logging.INFO, logger="twin.make"):
