@@ -11,7 +11,7 @@ from discrepancy.jobs import Jobs
 from indexer_env import OperatingPoint, Run, Signal, load_machine, simulate_batch
 from indexer_env.engine import _kernel, control_kernels
 from indexer_env.vector_env import IndexerVectorEnv
-from indexer_experiments.challenge.truth import _entries, true_motion
+from indexer_experiments.challenge.truth import compiled, true_motion
 
 
 def test_every_path_uses_the_one_version() -> None:
@@ -36,5 +36,5 @@ def test_every_path_uses_the_one_version() -> None:
     assert np.isfinite(model.residuals(NONE, jobs)).all()
     for machine in (whole, reference):
         assert np.isfinite(true_motion(machine, point, 20, 1000.0)[0]).all()
-    for kernel in (_kernel(), *control_kernels(), *_entries()):
+    for kernel in (_kernel(), *control_kernels(), *compiled()):
         assert len(kernel.signatures) == 1, kernel

@@ -16,6 +16,7 @@ from indexer_env.effects import Effect
 from indexer_env.errors import SimulationError, refuse
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.presets import load_machine
 from indexer_experiments.challenge.equations import STATES, Joint, Plant
 from indexer_experiments.challenge.laws import LAWS
 from indexer_experiments.challenge.solver import STEPS_PER_MS, entries
@@ -74,7 +75,7 @@ def run(
     _check(machine)
     before = turn_samples(machine, point, sample_rate)
     numbers = plant(machine, point, unlisted)
-    started, _ = compiled(numbers)
+    started, _ = compiled()
     start = started(numbers, float(point.start_angle), -before / sample_rate)
     return _finite(machine, _solved(numbers, start, before - lead, lead + samples, sample_rate, steps_per_ms))
 
@@ -103,22 +104,19 @@ def _solved(
     numbers: Plant, state: np.ndarray, before: int, samples: int, sample_rate: float, steps_per_ms: int
 ) -> np.ndarray:
     steps, interval = max(1, round(1000.0 / sample_rate * steps_per_ms)), 1.0 / sample_rate
-    _, solved = compiled(numbers)
+    _, solved = compiled()
     return solved(numbers, state, before, samples, interval, steps)
 
 
-def compiled(numbers: Plant) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-    """The compiled `started` and `solved` of `solver.entries`, for plain numbers such as these."""
-    started, solved = _entries()
+@functools.lru_cache(maxsize=1)
+def compiled() -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+    """The compiled `started` and `solved` of `solver.entries`."""
+    own = Path(__file__).parent
+    started, solved = entries(int(fingerprint([own / f"{name}.py" for name in _EQUATIONS])[:15], 16))
+    numbers = plant(load_machine("reference"), OperatingPoint())
     idle = numbers, np.zeros(STATES), 0, 0, 1e-3, 1
     one_version("the challenge's solver", 8, (started, (numbers, 0.0, 0.0)), (solved, idle))
     return started, solved
-
-
-@functools.lru_cache(maxsize=1)
-def _entries() -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-    own = Path(__file__).parent
-    return entries(int(fingerprint([own / f"{name}.py" for name in _EQUATIONS])[:15], 16))
 
 
 def _finite(machine: Machine, motion: np.ndarray) -> np.ndarray:

@@ -45,7 +45,7 @@ def test_truth_is_what_the_reference_solver_gives(name: str | None) -> None:
         machine = machine.with_effects(make_effect(name, {size: 5.0 * HIDDEN[name][size], **SHAPES.get(name, {})}))
     expected = simulate_reference(machine, POINT, samples=350).channels["table_acceleration"]
     numbers = plant(machine, POINT)
-    started, solved = compiled(numbers)
+    started, solved = compiled()
     found = solved(numbers, started(numbers, POINT.start_angle, 0.0), 0, 350, 1e-3, STEPS_PER_MS)[0]
     assert np.abs(found - expected).max() < 1e-6 * expected.std()
 
@@ -58,7 +58,7 @@ def test_a_slipping_motor_feels_what_ripples_as_the_reference_solver_has_it(name
     machine = load_machine("reference").with_effects(make_effect("drive.slip", compliance=2.0), ripple)
     expected = simulate_reference(machine, POINT, samples=350, channels=("motor_rate",)).channels["motor_rate"]
     numbers = plant(machine, POINT)
-    started, solved = compiled(numbers)
+    started, solved = compiled()
     found = solved(numbers, started(numbers, POINT.start_angle, 0.0), 0, 350, 1e-3, STEPS_PER_MS)[8]
     assert np.abs(found - expected).max() < 1e-6 * expected.std()
 
@@ -71,7 +71,7 @@ def test_every_law_is_that_of_the_reference_solver(law: str) -> None:
     )  # fmt: skip
     expected = simulate_reference(machine, POINT, samples=500).channels["table_acceleration"]
     numbers = plant(machine, POINT)
-    started, solved = compiled(numbers)
+    started, solved = compiled()
     found = solved(numbers, started(numbers, POINT.start_angle, 0.0), 0, 500, 1e-3, STEPS_PER_MS)[0]
     assert np.abs(found - expected).max() < 1e-6 * expected.std()
 
