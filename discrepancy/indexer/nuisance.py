@@ -60,18 +60,31 @@ def without_nuisance(
         Its third harmonic over the fundamental, whose phase it follows (`Sensor.hum_third`).
     """
     n = residuals.shape[1]
-    basis = free_responses(filters, n) if filters else np.zeros((0, n))
+    cascade = np.concatenate(filters).tobytes() if filters else b""
+    basis = _free_responses(cascade, n) if filters else np.zeros((0, n))
     left = residuals - (residuals @ basis.T) @ basis
     if hum_amplitude != 0.0:
-        angle = 2.0 * math.pi * cycles * np.arange(n)
-        waves = np.stack([np.cos(angle), np.sin(angle)])
-        waves = waves - waves @ basis.T @ basis
-        fitting = left @ np.linalg.pinv(waves)
+        waves, inverse = _hum(cascade, n, cycles)
+        fitting = left @ inverse
         size = np.maximum(np.linalg.norm(fitting, axis=1, keepdims=True), 1e-300)
         left = left - hum_amplitude * (fitting / size) @ waves
         if third != 0.0:
             phase = 3.0 * np.arctan2(-fitting[:, :1], -fitting[:, 1:])
-            harmonic = np.sin(3.0 * angle + phase)
+            harmonic = np.sin(3.0 * (2.0 * math.pi * cycles * np.arange(n)) + phase)
             left = left + hum_amplitude * third * (harmonic - harmonic @ basis.T @ basis)
     left *= math.sqrt(n / (n - len(basis)))
     return left
+
+
+@functools.lru_cache(maxsize=128)
+def _hum(cascade: bytes, samples: int, cycles: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cosine and sine (2, samples) of hum without what filters' states explain, and their pseudo-inverse: of one mains
+    frequency they are asked for again and again."""
+    angle = 2.0 * math.pi * cycles * np.arange(samples)
+    waves = np.stack([np.cos(angle), np.sin(angle)])
+    if cascade:
+        basis = _free_responses(cascade, samples)
+        waves = waves - waves @ basis.T @ basis
+    inverse = np.linalg.pinv(waves)
+    waves.flags.writeable = inverse.flags.writeable = False
+    return waves, inverse
