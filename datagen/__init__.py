@@ -34,6 +34,7 @@ In reading order, along the data flow:
     check          indexer check: the verdict on a data set
     ingest/        measured files -> a data set of the same layout; indexer ingest
     progress       a bar or log lines
+    simulate       one record of a machine as files; indexer simulate
     new            a machine as a commented YAML file; indexer new
     __main__       indexer generate
 

@@ -3,6 +3,8 @@
 In reading order:
     model      what a model must offer: parameters, effects as hypotheses, windows with their unknown start states
     criteria   the numbers by which a search decides
+    jobs       windows to simulate, each from a start state at a place
+    grids      grids of start states side by side
     arrow      normal equations of few global and many local parameters, solved by Schur complement
     place      a place in the parameter space, and how well it explains the records
     problem    one set of effects about the records: cost, normal equations, search of the windows' start states
@@ -16,9 +18,12 @@ In reading order:
     search     floating selection: add, drop, exchange
     held_out   what a fit predicts of records that it was not fitted to
     form       a free function of one variable, to which laws over it are held, or of two
+    intervals  the intervals of all numbers of a fitted place
     estimates  sizes with intervals, and the machine's calibration
     grades     what is said of each effect of the set selected, by one table of rules
-    judging    the set before the records held out, effect by effect, and the machine that is written
+    judging    the set before the records held out, effect by effect
+    finding    one finding with its probability, and what it competes with
+    written    the machine that an answer leaves behind
     explain    the answer: findings with their grades, and what remains
     indexer/   the cam indexing machine as such a model
     records/   measured files of an indexing machine, checked against the nominal one before any fit

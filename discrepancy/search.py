@@ -36,7 +36,7 @@ Suggest = Callable[[Fits], Sequence[Point]]
 """Places from which sets that somebody else thinks right may be fitted."""
 
 _FOR_SEARCH = 0.5
-"""Share of the time given after which no further fit begins: the one under way and the judgement take the rest."""
+"""Share of the time given after which no further effect is looked for: what an answer needs takes the rest."""
 
 
 class Search:
@@ -50,7 +50,7 @@ class Search:
     suggest : callable
         Gives places of sets that are compared with what the search selects.
     end : float, optional
-        Processor time at which no further fit begins, where the time given has begun before.
+        Processor time at which no further effect is looked for, where the time given has begun before.
     """
 
     def __init__(

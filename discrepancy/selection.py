@@ -1,13 +1,13 @@
 """Sets of effects fitted to the end, and the one score by which they are compared.
 
-    score = Σ_w ρ_w / D + Σ_known z² + Σ_effects (k ln N + 2 ln m)
+    score = Σ_w ρ_w / D + Σ_known z² + Σ_effects (k ln N + 2 ln m + v W)
 
-with the Cauchy loss ρ of `problem`, k parameters and m discrete choices of an effect, N samples and the dispersion D of
-the best set compared: the median mean square of its windows, at least 1, times the integrated autocorrelation time of
-what it leaves (quasi-likelihood with an effective number of samples). The score is the Bayesian information criterion
-under that dispersion, at the place z that is best under it. A fit, which shall predict, weighs priors by the mean
-square φ alone. With I the information of the records and P that of what was known beforehand, the place under D is
-better by
+with the Cauchy loss ρ of `problem`, k parameters and m discrete choices of an effect, N samples in W windows, v
+unknowns that it sets free in each, and the dispersion D of the best set compared: the median mean square of its
+windows, at least 1, times the integrated autocorrelation time of what it leaves (quasi-likelihood with an effective
+number of samples). The score is the Bayesian information criterion under that dispersion, at the place z that is best
+under it. A fit, which shall predict, weighs priors by the mean square φ alone. With I the information of the records
+and P that of what was known beforehand, the place under D is better by
 
     bᵀ (I/D + P)⁻¹ b,     b = (1 - φ/D) P z
 

@@ -19,15 +19,17 @@ simulate, trajectory       `simulate` one machine, `simulate_batch` thousands; w
 reference                  the slow, independent solver (SciPy DOP853 stopped at every edge) to check any item
 modes                      natural frequencies of the linearised machine, and the step that resolves them
 drive_sensors              motor torque, motor current and encoders, sampled with the record
-signal, sensors, filters   the record as a measuring chain gives it; sensor_stream reads it block by block
+signal, sensors, filters   the record as a measuring chain gives it, with sensor_noise; sensor_stream reads by blocks
 fault_law                  how faults come into an episode: drawn, setting in, growing
 control, scenario, start   the control task; what an environment is made with; what an episode starts with
 fleet                      n machines, one kernel call per control period
-env, vector_env, film      the Gymnasium environment of one machine and of many, registered on import; pictures
+env, vector_env, film      the Gymnasium environment of one machine and of many; pictures
+registration               their names, given to Gymnasium on import; vector_parts is what those of many share
 variation                  the law of varied machines
 wrappers, spectrum         one-turn windows, spectra, varied machines and noise around an environment
 diagnosis_task, diagnosis  what may be measured and named at what price; what a measured turn shows
-diagnosis_env              the Gymnasium environment of active diagnosis
+diagnosis_env              the Gymnasium environment of active diagnosis; diagnosis_vector_env that of many machines,
+                           diagnosis_fleet the core of both
 stable_baselines           the vector environment for stable-baselines3; imported by itself, as it needs the extra [rl]
 minari_export              episodes as a Minari data set; imported by itself, as it needs the extra [minari]
 render                     pictures of a running machine; imported by itself, as it needs the extra [render]

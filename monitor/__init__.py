@@ -1,7 +1,7 @@
 """On-line condition monitoring: samples as they come -> turns, diagnosis, trends, alarms, and a page that shows them.
 
 In reading order, where it helps with its block of ISO 13374:
-    settings      conf/monitor.yaml -> objects that check themselves
+    settings      conf/monitor.yaml -> objects that check themselves; `given` refuses what is wrong before
     intake/       data acquisition and manipulation: samples -> blocks in order -> turns
     analysis/     state detection, health assessment, prognosis: turn -> finding -> trend -> remaining time
     alarms/       the alarm of a quantity: delays, deadband, acknowledge, repaired, shelve, re-alarm (OPC UA Part 9)

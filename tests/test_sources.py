@@ -1,5 +1,6 @@
 """What the project cites, its readers have."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -44,3 +45,16 @@ def test_the_peaks_on_the_physics_page_are_those_of_the_laws():
         peaks = MOTION_LAWS[name]().peaks()
         found = (peaks.velocity, peaks.acceleration, peaks.jerk, -peaks.jerk_at_midpoint)
         assert numbers == [f"{value:.{digits}f}" for value, digits in zip(found, (4, 4, 2, 2), strict=True)]
+
+
+def test_the_map_of_every_package_shows_all_its_modules():
+    maps = sorted(init for name in PACKAGES for init in (ROOT / name).rglob("__init__.py"))
+    assert len(maps) > 30
+    missing = {}
+    for init in maps:
+        shown = set(re.findall(r"\w+", ast.get_docstring(ast.parse(init.read_text(encoding="utf-8"))) or ""))
+        modules = {path.stem for path in init.parent.glob("*.py") if not path.stem.startswith("__")}
+        packages = {path.parent.name for path in init.parent.glob("*/__init__.py")}
+        if unseen := (modules | packages) - shown:
+            missing[str(init.parent.relative_to(ROOT))] = sorted(unseen)
+    assert missing == {}

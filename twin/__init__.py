@@ -4,9 +4,12 @@ In reading order:
     settings     what a twin is made with
     faults       the fault table: which effect each fault is, its sizes, the shop's units
     posterior    the joint law of machine, effects, loads and gain at a fitted place
+    freed        what was found when a twin was made, to be fitted anew
     calibrate    drawing and healthy records -> machine, extended, and draws of what is open
+    bench        the healthy records, as a twin is made of them
     turns        a turn as the networks see it: what it differs by from the healthy machine, by cam angle
     remains      what healthy records leave: a fixed part, and noise that follows speed and load
+    components   a turn along its principal components
     data         simulated turns with faults: the campaign `own` of `datagen`
     network      layers on the modes of a turn, and the paper's network
     learn        how they are trained
@@ -22,6 +25,8 @@ In reading order:
     detection    the smallest size of each fault that will be seen
     diagnosis    what the networks say of a turn, as objects
     gate         what a record must be to be compared with a twin
+    corrected    a record with what it says itself of its speed, start and sign
+    measured     how large physics measures a fault that its own search does not find
     physics      faults as hypotheses of `discrepancy`, from the twin's machine
     folder       the files of a twin
     workplace    the folder in which a twin is being made

@@ -1,5 +1,13 @@
 """The families of data sets, one file each; `campaign=NAME` on the command line picks
-`conf/campaign/NAME.yaml`."""
+`conf/campaign/NAME.yaml`.
+
+    table2  the paper's six classes
+    bench   its 20 cases
+    random  machines drawn by laws: whatever they are made of
+    wear    run to failure
+    own     one's own machine
+    grid    every combination of values, made by `cells`
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Who makes the shards of a data set, one file each: threads of this process, or tasks of a Ray cluster."""
+"""Who makes the shards of a data set, one file each: threads of this process (`local`), or tasks of a Ray
+cluster (`ray`); `base` says what both are."""
 
 from __future__ import annotations
 

@@ -2,7 +2,8 @@
 
 `open_place("data/table2")` is a folder of this machine, `open_place("s3://bucket/table2")` one of any filesystem that
 fsspec knows. A local file is written beside its name, brought to the disk and renamed, so that neither a kill nor a
-power cut leaves half of it; an object store takes a file as a whole by itself.
+power cut leaves half of it; an object store takes a file as a whole by itself. `base` says what both offer, `local` and
+`remote` are the two.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 Reading order
 -------------
 base      Effect, MachineEffect, SensorEffect: parameters with unit, range and null value; the registry
+measures  the machine's own measures, in which effects state where a search begins
 friction  friction.coulomb · friction.viscous · friction.stribeck
 load      load.imbalance · load.process
 drive     drive.slip · drive.speed_ripple · drive.transmission_error · drive.mesh_stiffness ·

@@ -20,6 +20,8 @@ dwell          the dwell in closed form, in strides of several steps
 recording      samples: judged and written
 clock          a lane's own clock: how it goes on by steps and by strides, to its end
 integrate      blocks of lanes, and `entry`, which makes the one entry point
+item           one item alone, from load to unload: a thread of a GPU
+control        one control period of a fleet
 
 Conventions: SI units and radians. A *lane* is one machine; LANES machines advance together in a block and every
 value is a row of LANES numbers, so each inner loop runs over neighbouring memory and becomes vector code. The scalar

@@ -1,4 +1,9 @@
-"""report.html: what the twin knows and will see, for people."""
+"""report.html: what the twin knows and will see, for people.
+
+figures  its pictures, as SVG text
+page     report.html of a twin
+answer   answer.html of a diagnosis
+"""
 
 from twin.report.page import page
 
