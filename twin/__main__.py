@@ -71,15 +71,18 @@ def in_words(sentence: str, key: str) -> str:
 
 def run(config: dict[str, Any]) -> dict[str, Any]:
     """The command, given its configuration as in conf/twin.yaml."""
-    from twin.advice import beforehand
+    from twin.advice import beforehand, beyond
     from twin.make import Maker
 
     names = {field.name for field in dataclasses.fields(Settings)}
     settings = from_mapping(Settings, {key: value for key, value in config.items() if key in names}, "twin")
     bench = with_its_effects(bench_of(config))
     maker = Maker(bench, settings, job_folder("twin", config["out"]), overwrite=config["overwrite"])
-    recorded = [one.operating_point.motor_speed / RPM for one in bench.experiments]
-    for sentence in beforehand(recorded, settings.motor_speed_rpm or recorded):
+    recorded = [(point.motor_speed / RPM, point.load_torque) for point in bench.points]
+    speeds, loads = zip(*recorded, strict=True)
+    asked = settings.motor_speed_rpm or speeds, settings.load_torque or loads
+    ends = [(min(values), max(values)) for values in asked]
+    for sentence in (*beforehand(speeds, asked[0]), *beyond(recorded, *ends)):
         plain_console().print(sentence)
     return made(maker)
 

@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from discrepancy.indexer.library import HOUSING
+from indexer_cli.words import joined
 from twin.card import span
+from twin.faults import FAULTS
+from twin.gate import OUTSIDE
 from twin.quantities import spread_of, words_of
 
 _HOUSING = f"machine.{HOUSING}"
@@ -28,13 +33,16 @@ def advice(about: Mapping[str, Any]) -> list[str]:
     if "moved" in about["calibration"]:
         recorded += speeds  # those of the twin that was brought up to date
     found = beforehand(recorded, speeds)
+    if "moved" not in about["calibration"]:
+        found += beyond(about["recorded"], speeds, loads)
     if about["calibration"]["scale_spread"] > _SCALE:
         share = 196.0 * about["calibration"]["scale_spread"]
         heaviest = max(abs(load) for load in loads)
         found.append(
             f"All inertias, stiffnesses and torques are known to ±{share:.1f} % (95 %) in common, as healthy motion "
-            f"hardly shows their scale; a record under a well known load, larger than {heaviest:g} N m, would tell it. "
-            "Sizes in N m carry this error, all others do not."
+            f"hardly shows their scale. Loads that are known better, and one larger than {heaviest:g} N m, would tell "
+            "it: record them, state how well they are known (load_uncertainty=0.02) and make the twin anew. Sizes in "
+            "N m carry this error, all others do not."
         )
     if about["calibration"]["start_compared"]:
         found.append(
@@ -45,6 +53,13 @@ def advice(about: Mapping[str, Any]) -> list[str]:
     if loose:
         said = ", ".join(map(words_of, loose))
         found.append(f"Hardly known: {said}; longer records, or more speeds, would tell more.")
+    table = about["settings"]["faults"]
+    pooled = [name for name, shared in zip(table, about["weights"]["pooled"], strict=True) if shared]
+    if pooled:
+        found.append(
+            f"Too few simulated turns name {joined([FAULTS[name].words for name in pooled])}: intervals of these sizes "
+            "are those of all faults together; more turns (simulated=) would tell their own."
+        )
     if len(about["check"]["turns"]) < _FEW:
         found.append("Hold out another healthy record: few turns prove little about false alarms.")
     if speeds[0] != speeds[1] or loads[0] != loads[1]:
@@ -65,6 +80,23 @@ def beforehand(recorded: Sequence[float], diagnosed: Sequence[float]) -> list[st
         return []
     alone = ", and the twin diagnoses at this speed alone" if _one(diagnosed) else ""
     return [f"Record at a second speed, 10 % or more from the first: at one speed effects mimic each other{alone}."]
+
+
+def beyond(recorded: Sequence[Sequence[float]], speeds: Sequence[float], loads: Sequence[float]) -> list[str]:
+    """A sentence where the range of the diagnosis, motor speeds [rpm] and loads [N m], goes beyond what was recorded, a
+    speed and a load each."""
+    seen = np.array(recorded)
+    wider = [
+        f"{low:.4g} to {high:.4g} {unit}"
+        for (low, high), column, unit in ((speeds, seen[:, 0], "rpm"), (loads, seen[:, 1], "N m"))
+        if max(column.min() - low, high - column.max()) > OUTSIDE * max(abs(low), abs(high))
+    ]
+    if not wider:
+        return []
+    return [
+        f"The twin diagnoses {joined(wider)}, which is more than was recorded: beyond the healthy records nothing has "
+        "checked it, and their noise is taken to go on as it is; record there, too."
+    ]
 
 
 def _one(speeds: Sequence[float]) -> bool:

@@ -147,7 +147,12 @@ def answer_of(
         if len(kept) < len(_others(found, seen)):
             # the networks' sizes are those beside a fault that is not there
             found = _by_physics(physics, seen, machine, matters, faults, own=True)
-        return _with(FAULTY, (*found, *kept, *more), _differences(found, seen, physics), network, physics)
+        every = (*found, *kept, *more)
+        if physics.level > _MORE_THAN_NOISE and not any(fault.matters for fault in every):
+            said = joined([fault.told for fault in every])
+            why = f"By physics {said}, smaller than what is surely seen, beside which {remains}."
+            return _with(UNKNOWN, (), (*_nameless(network), why), network, physics)
+        return _with(FAULTY, every, _differences(found, seen, physics), network, physics)
     if physics.verdict == HEALTHY:
         remarks = _nameless(network)
         if network.verdict != HEALTHY:

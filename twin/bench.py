@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from discrepancy.indexer import Experiment
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env.errors import SignalError
+from indexer_env.operating_point import OperatingPoint
 from twin.turns import Cells
 
 
@@ -21,6 +22,11 @@ class Bench:
     def experiments(self) -> tuple[Experiment, ...]:
         """All of them."""
         return (*self.subject.model.experiments, *self.subject.held_out.experiments)
+
+    @property
+    def points(self) -> list[OperatingPoint]:
+        """Speed and load of each record, once where a part of it is held out."""
+        return list({e.signal.source: e.operating_point for e in self.experiments}.values())
 
     @property
     def rate(self) -> float:

@@ -63,7 +63,8 @@ def checked(
         x = np.array([view.measured(turn - reference, reference, point) for turn in mine])
         conditions = torch.from_numpy(view.conditions([point] * len(x)))
         told = ensemble(networks, torch.from_numpy(x.astype(np.float32)), conditions)
-        strange = weights.oddness(synthesis.unexplained(x))
+        of = synthesis if stations_known else synthesis.of_mean()
+        strange = weights.oddness(of.unexplained(x), stations_known=stations_known)
         for k in range(len(x)):
             level = float(np.sqrt((x[k] ** 2).mean()))
             alarm = float(told["any"][k] - judge.alarm)

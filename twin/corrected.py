@@ -118,12 +118,20 @@ def corrected(
     known = start is not None
     if start is None:
         start = match.start_angle
-    off = abs((start - match.start_angle + np.pi) % (2.0 * np.pi) - np.pi)
-    if off > _STATED_SLACK:
+    later = (match.start_angle - start + np.pi) % (2.0 * np.pi) - np.pi
+    off, slack = abs(later), max(_STATED_SLACK, 3.0 * conditions.start_uncertainty)
+    if off > slack:
         raise SignalError(
-            f"{name}: the cam angle at the first sample must agree with the record within {_STATED_SLACK:g} rad, "
+            f"{name}: the cam angle at the first sample must agree with the record within {slack:g} rad, "
             f"got {off:.2f} rad ({math.degrees(off):.1f}°) off; correct start_angle or pulse_angle, or leave it out."
         )
+    if known and conditions.start_uncertainty > BY_COMPARISON:
+        start += later
+        conditions = dataclasses.replace(conditions, start_uncertainty=BY_COMPARISON)
+        said = (
+            f"{name}: its cam angle is stated less exactly than the record itself tells it, and is told by the record"
+        )
+        notes = [*notes, f"{said}; the station is the one stated"]
     if not known:
         point = OperatingPoint(speed, conditions.load_torque)
         turns = healthy.cells.turns(signal.values, cam_rate, start, signal.sample_rate)

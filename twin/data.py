@@ -7,6 +7,7 @@ networks see. Shard by shard, so that a run that was stopped goes on where it wa
 from __future__ import annotations
 
 import dataclasses
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,12 +19,15 @@ from safetensors.numpy import load_file, save_file
 
 from datagen.campaign import Base
 from datagen.campaigns.own import Own
+from datagen.labels import subset_schedule
 from datagen.order import Order
 from datagen.produce import produce
 from indexer_env import Machine, OperatingPoint, Sensor
 from indexer_env.units import RPM
 from twin.faults import Fault
 from twin.turns import Cells, Healthy, behind_lead_in, lead_in
+
+_log = logging.getLogger(__name__)
 
 HOW_MANY = (0.15, 0.35, 0.3, 0.2)
 """Share of records with none, one, two and three faults: half of them several, which are the hardest to name."""
@@ -39,6 +43,9 @@ OWN_LOAD = 0.2
 
 _APART = 1e-10
 """Relative difference of the speeds by which operating points are told apart."""
+
+SPLIT = {"calibration": 3, "control": 1, "validation": 0}
+"""Machines of the posterior that networks are taught on, and those that are kept for thresholds."""
 
 _SMALL = 0.25
 """Half of the sizes are drawn up to this share of the largest: what a network gets wrong is small."""
@@ -98,7 +105,7 @@ def fault_laws(faults: Sequence[Fault], machine: Machine, smallest: float | None
     log-uniform from it to the largest."""
     laws: dict[str, Any] = {}
     for fault in faults:
-        largest = fault.largest(machine)
+        largest = min(1.0, fault.most) * fault.largest(machine)
         lowest = -largest if fault.signed else 0.0
         size: dict[str, Any] = {
             "choice": [{"uniform": [lowest, largest]}, {"uniform": [_SMALL * lowest, _SMALL * largest]}]
@@ -129,13 +136,25 @@ def order_of(
             {"motor_speed": p.motor_speed, "load_torque": p.load_torque, "start_angle": first.start_angle}
             for p in _told_apart(points)
         ),
-        split={"calibration": 3, "control": 1, "validation": 0},
+        split=SPLIT,
         drift={"operating_point": {"load_torque": {"around": math.sqrt(3.0) * OWN_LOAD * load_uncertainty}}}
         if any(p.load_torque for p in points)
         else {},
     )
     base = Base(machine, slowest, sensor=sensor)
     return Order(campaign, base, run, count, seed, _SHARD)
+
+
+def untaught(posterior: Path, into: Path) -> Path:
+    """A table of the machines that no network is taught on: healthy turns of others would raise too few alarms."""
+    import pyarrow.parquet as pq
+
+    schedule = subset_schedule(SPLIT, "split")
+    table = pq.read_table(posterior)
+    kept = [row for row in range(len(table)) if schedule[row % len(schedule)] == "control"]
+    into.parent.mkdir(parents=True, exist_ok=True)
+    pq.write_table(table.take(kept), into)
+    return into
 
 
 def _trimmed(how_many: Sequence[float], faults: int) -> list[float]:
@@ -164,6 +183,8 @@ def made(
         parts.append(part)
         advance(len(order.items_of(number)))
     whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    if lacking := sum(len(order.items_of(number)) for number in range(order.shards)) - len(whole["x"]):
+        _log.warning("%d simulated turns are left out: their machines cannot be simulated with these faults", lacking)
     return Turns(
         whole["x"].astype(np.float32), whole["point"], whole["size"], whole["size"] != 0.0, whole["station"],
         whole["subset"], points, reference,

@@ -24,6 +24,10 @@ from indexer_env.sensors import Sensor
 
 _TURN = 2.0 * math.pi
 
+_MARGIN, _SLIGHTEST = 1.1, 0.01
+"""What the healthy machine has of an effect counts a tenth more, as it is not known exactly; room that is always left,
+as a share of what the effect can be."""
+
 _ROUNDED = 5e-3
 """Relative error of a largest size that is written with three digits."""
 
@@ -160,18 +164,41 @@ BY_SPEED = ("friction", "imbalance")
 
 
 def chosen(
-    names: Sequence[str], motor_speed: float = REFERENCE_MOTOR_SPEED, sensor: Sensor | None = None
-) -> tuple[Fault, ...]:
-    """The faults of these names, of a machine that is diagnosed up to a motor speed [rad/s] by a sensor."""
+    names: Sequence[str], motor_speed: float = REFERENCE_MOTOR_SPEED, sensor: Sensor | None = None,
+    machine: Machine | None = None,
+) -> tuple[Fault, ...]:  # fmt: skip
+    """The faults of these names, of a machine that is diagnosed up to a motor speed [rad/s] by a sensor; none grows
+    beyond what an effect can be that the healthy machine has a part of already."""
     if not isinstance(names, list | tuple) or not names:
         raise refuse("twin", "faults", "a list of one fault or more", names, "write it as [crack,friction]")
     for name in names:
         if name not in FAULTS:
             raise refuse("twin", "faults", "some of " + ", ".join(FAULTS), name, did_you_mean(name, FAULTS))
-    return tuple(
+    found = (
         dataclasses.replace(FAULTS[name], motor_speed=motor_speed, before=_before(FAULTS[name], sensor))
         for name in dict.fromkeys(names)
     )
+    return tuple(found) if machine is None else tuple(
+        dataclasses.replace(fault, most=_room(fault, machine)) for fault in found
+    )  # fmt: skip
+
+
+def _room(fault: Fault, machine: Machine) -> float:
+    """The largest size t beside what the healthy machine has of the effect."""
+    there = next((getattr(e, fault.parameter) for e in machine.effects if e.name == fault.effect), 0.0)
+    highest = highest_of(fault)
+    if not there or highest == math.inf:
+        return fault.most
+    return min(fault.most, max(highest - _MARGIN * there, _SLIGHTEST * highest) / fault.largest(machine))
+
+
+def highest_of(fault: Fault) -> float:
+    """What the effect's parameter may be at most [SI]."""
+    (own,) = (f for f in dataclasses.fields(EFFECTS[fault.effect]) if f.name == fault.parameter)
+    high = own.metadata["high"]
+    if high is None:
+        return math.inf
+    return math.nextafter(high, -math.inf) if own.metadata["high_open"] else high
 
 
 def _before(fault: Fault, sensor: Sensor | None) -> float:

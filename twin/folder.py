@@ -28,7 +28,10 @@ from twin.synthesis import SQUARE, Synthesis
 from twin.turns import Cells, Healthy
 
 FORMAT = "indexer-twin"
-VERSION = 10
+VERSION = 11
+
+FORMER = ".former"
+"""Folder in a twin's own in which it stays while another one is made in its place."""
 
 NETWORKS = ("modes_0", "modes_1")
 """Networks that diagnose together: two, as many as most machines have cores to teach them side by side."""
@@ -41,7 +44,7 @@ _HELD: dict[str, tuple[str, ...]] = {
     "settings": ("faults", "matters", "coverage"), "networks": (), "cells": ("stations", "count", "rate"), "shift": (),
     "range": ("motor_speed_rpm", "load_torque"), "load_factor": (), "noise": (), "sample_noise": (), "unit": (),
     "calibration": ("findings", "spread"), "judge": ("alarm", "reach"),
-    "weights": ("name", "reach", "slope", "rattled", "strange", "quiet"), "detection": (),
+    "weights": ("name", "reach", "slope", "rattled", "strange", "quiet", "quiet_mean", "pooled"), "detection": (),
     "check": ("trusted", "reason", "turns"),
 }  # fmt: skip
 """What a diagnosis reads of twin.yaml."""
@@ -80,9 +83,10 @@ def about_of(folder: Path) -> dict[str, Any]:
     """twin.yaml of a folder."""
     path = folder / "twin.yaml"
     if not path.is_file():
+        aside = folder / FORMER
+        remedy = f"; the one before is in {aside}" if (aside / path.name).is_file() else "; make one with indexer twin"
         raise ParameterError(
-            f"twin must be the folder of a finished twin, got {folder}, which holds no twin.yaml; "
-            "make one with indexer twin."
+            f"twin must be the folder of a finished twin, got {folder}, which holds no twin.yaml{remedy}."
         )
     with reading(path):
         about = _yaml(path)
@@ -128,9 +132,10 @@ def networks_of(folder: Path, names: Sequence[str], faults: int, cells: Cells) -
     return tuple(found)
 
 
-def faults_of(about: Mapping[str, Any], sensor: Sensor) -> tuple[Fault, ...]:
+def faults_of(about: Mapping[str, Any], machine: Machine, sensor: Sensor) -> tuple[Fault, ...]:
     """The fault table of a twin."""
-    return chosen(list(about["settings"]["faults"]), float(about["range"]["motor_speed_rpm"][1]) * RPM, sensor)
+    fastest = float(about["range"]["motor_speed_rpm"][1]) * RPM
+    return chosen(list(about["settings"]["faults"]), fastest, sensor, machine)
 
 
 def view_of(about: Mapping[str, Any], remains: Remains) -> View:
@@ -138,7 +143,7 @@ def view_of(about: Mapping[str, Any], remains: Remains) -> View:
 
     def middle(key: str, factor: float) -> tuple[float, float]:
         low, high = (factor * float(value) for value in about["range"][key])
-        return 0.5 * (low + high), 0.5 * (high - low) or 1.0
+        return 0.5 * (low + high), 0.5 * (high - low)
 
     return View(remains, float(about["shift"]), middle("motor_speed_rpm", RPM), middle("load_torque", 1.0))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,13 +32,10 @@ class Gate:
     ----------
     healthy : Healthy
     view : View
-    given : mapping
-        Ranges of `motor_speed_rpm` and `load_torque` that the twin was made for.
     """
 
     healthy: Healthy
     view: View
-    given: Mapping[str, Sequence[float]]
 
     def looked(
         self, signal: Signal, conditions: Conditions, pulses: Sequence[float] | np.ndarray | None = None
@@ -75,14 +72,9 @@ class Gate:
             ("load", conditions.load_torque, self.view.loads, "N m", 1.0),
         ):
             slack = OUTSIDE * max(abs(middle), half)
-            if abs(value - middle) > self._half(what, half) + slack:
-                low, high = ((middle + sign * self._half(what, half)) / factor for sign in (-1.0, 1.0))
+            if abs(value - middle) > half + slack:
+                low, high = ((middle + sign * half) / factor for sign in (-1.0, 1.0))
                 raise SignalError(
                     f"{name}: the {what} must lie within the twin's {low:.4g} to {high:.4g} {unit}, got "
                     f"{value / factor:.4g}; make a twin for this range."
                 )
-
-    def _half(self, what: str, half: float) -> float:
-        """Half width of the range that the twin was made for; a unit of 1 stands for a range that is one point."""
-        low, high = self.given["motor_speed_rpm" if what == "motor speed" else "load_torque"]
-        return half if high > low else 0.0

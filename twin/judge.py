@@ -86,4 +86,4 @@ def judge_of(
     seen = told["any"] > alarm
     error = np.abs(told["size"] - size) / np.exp(told["spread"])
     named = (told["faults"] > 0.0) & seen[:, None]
-    return Judge(float(alarm), reaches(error, named & there, named, coverage, rows))
+    return Judge(float(alarm), reaches(error, named & there, named, coverage, rows)[0])

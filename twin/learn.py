@@ -48,7 +48,7 @@ class View:
     shift : float
         Standard deviation of a turn's angle at its ends [rad].
     speeds, loads : (float, float)
-        Middle and half width of the range [rad/s, N m].
+        Middle and half width of the range [rad/s, N m]; 0 of a single speed or load.
     """
 
     remains: Remains
@@ -62,9 +62,12 @@ class View:
         return self.remains.sigma(OperatingPoint(self.speeds[0], self.loads[0]))
 
     def conditions(self, points: Sequence[OperatingPoint]) -> np.ndarray:
-        """Conditions (n, 2) as networks take them."""
-        (s, ds), (t, dt) = self.speeds, self.loads
-        return np.array([((p.motor_speed - s) / ds, (p.load_torque - t) / dt) for p in points], dtype=np.float32)
+        """Speed and load (n, 2) as networks take them, from -1 to 1 over the range: beyond it they see its end, as they
+        were taught no other, and of a single speed or load nothing."""
+        given = np.array([(p.motor_speed, p.load_torque) for p in points])
+        middle, half = np.array([self.speeds, self.loads]).T
+        within = np.divide(given - middle, half, out=np.zeros_like(given), where=half > 0.0)
+        return np.clip(within, -1.0, 1.0).astype(np.float32)
 
     def shapes(self, turns: np.ndarray, sigma: float = 1.0) -> np.ndarray:
         """`shift_shapes` of turns (..., stations, cells), in units of their noise σ; of x, which is in these units, σ

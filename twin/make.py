@@ -26,7 +26,6 @@ from safetensors.numpy import save
 from datagen.progress import progress
 from discrepancy.indexer import machine_yaml
 from indexer_cli.command import check_flag
-from indexer_env.operating_point import OperatingPoint
 from indexer_env.units import RPM
 from twin import data, detection, first_look
 from twin.bench import Bench, no_whole_turn
@@ -108,7 +107,7 @@ class Maker:
         self.remains = stored_remains(self.out)
         self.view = view_of(about, self.remains)
         self.speeds, self.loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
-        self.faults = chosen(list(self.settings.faults), self.speeds[1] * RPM, sensor)
+        self.faults = chosen(list(self.settings.faults), self.speeds[1] * RPM, sensor, machine)
         check_matters(self.settings.matters, self.faults, machine)
         begin("data")
         learned = self.work.has(["learned.yaml"])
@@ -146,6 +145,7 @@ class Maker:
             ["calibration.yaml", "posterior.parquet", "remains.safetensors", "machine.yaml", "sensor.yaml"]
         ):
             return
+        self.work.forget("learned", "detection")  # of an update that was stopped as it took them over
         s = self.settings
         before = None if self.before is None else about_of(self.before)
         scale = 0.0 if before is None else before["calibration"]["scale_spread"]
@@ -172,7 +172,7 @@ class Maker:
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
             "load_factor": found.load_factor, "unit": found.sensor.unit,
             "sample_noise": found.noise_share * float(np.median([e.noise_level for e in self.bench.experiments])),
-            "recorded": [[p.motor_speed / RPM, p.load_torque] for p in self._recorded()],
+            "recorded": [[p.motor_speed / RPM, p.load_torque] for p in self.bench.points],
             "start_compared": self.bench.start_compared,
         }  # fmt: skip
         told["noise"] = view_of(told, remains).noise
@@ -213,10 +213,6 @@ class Maker:
         arrays = {name: np.ascontiguousarray(array) for name, array in remains.arrays().items()}
         keep(self.out / "remains.safetensors", save(arrays))
 
-    def _recorded(self) -> list[OperatingPoint]:
-        """Speed and load of each record, once where a part of it is held out."""
-        return list({e.signal.source: e.operating_point for e in self.bench.experiments}.values())
-
     def _take_over(self, before: dict[str, Any]) -> None:
         """The networks of the twin before, and what was learned of them."""
         assert self.before is not None
@@ -233,10 +229,10 @@ class Maker:
 
     def _order(self, count: int, seed: int, **more: Any) -> Any:
         points = more.pop("points")
-        faults = more.pop("faults", self.faults)
+        faults, posterior = more.pop("faults", self.faults), more.pop("posterior", self.out / "posterior.parquet")
         return data.order_of(
-            self.out / "posterior.parquet", faults, points, self.healthy.machine, self.healthy.sensor,
-            self.healthy.cells, self.settings.load_uncertainty, count, seed, **more,
+            posterior, faults, points, self.healthy.machine, self.healthy.sensor, self.healthy.cells,
+            self.settings.load_uncertainty, count, seed, **more,
         )  # fmt: skip
 
     def _data(self) -> tuple[data.Turns, data.Turns]:
@@ -246,7 +242,8 @@ class Maker:
         with progress("simulating", s.simulated + s.healthy, "turns") as advance:
             order = self._order(s.simulated, s.seed, points=points)
             turns = data.made(order, self.faults, self.healthy, points, self.out / "data" / "faulty", advance)
-            order = self._order(s.healthy, s.seed + 1, points=points, how_many=(1.0,))
+            untaught = data.untaught(self.out / "posterior.parquet", self.out / "data" / "untaught.parquet")
+            order = self._order(s.healthy, s.seed + 1, points=points, how_many=(1.0,), posterior=untaught)
             healthy = data.made(order, self.faults, self.healthy, points, self.out / "data" / "healthy", advance)
         return turns, healthy
 

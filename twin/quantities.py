@@ -20,10 +20,8 @@ _WORDS = {
     "output_joint.damping": "damping of the rollers", "table_inertia": "inertia of the table",
     "cam_inertia": "inertia of the cam", "follower_inertia": "inertia of the turret",
     HOUSING: "inertia of the housing", LOAD_FACTOR: "loads, over those that were stated",
-    GAIN: "gain of the sensor, over the one stated",
+    GAIN: "gain of the sensor",
 }  # fmt: skip
-
-_SHARES = (LOAD_FACTOR, GAIN)
 
 _DIGITS = 3
 
@@ -45,7 +43,7 @@ def meaning_of(path: str) -> str:
 
 def value_of(row: Mapping[str, Any]) -> str:
     """The value of a row of the calibration, with its unit."""
-    if row["path"] in _SHARES:
+    if row["path"] == LOAD_FACTOR:
         return f"{_plain(100.0 * row['value'])} %"
     return f"{_plain(row['value'])} {'' if row['unit'] == '-' else row['unit']}".rstrip()
 

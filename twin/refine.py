@@ -135,7 +135,8 @@ def _fitted(of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told
     for row, order in zip(possible, ranked, strict=True):
         row[order[_MOST:]] = False
     sign = np.where([fault.signed for fault in of.faults], np.sign(told["size"]), 1.0)
-    size = sign * np.clip(sign * told["size"], STEP, LARGEST)
+    most = np.array([min(LARGEST, fault.most) for fault in of.faults])
+    size = sign * np.minimum(np.clip(sign * told["size"], STEP, LARGEST), most)
     station = np.argmax(told["station"], axis=1) if "station" in told else np.zeros(n, dtype=int)
     chance = of.chance(x)
     work = Work(of, of.seen(x), points, possible, station, chance=chance)

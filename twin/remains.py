@@ -19,6 +19,9 @@ import numpy as np
 from indexer_env import OperatingPoint
 from twin.turns import Healthy, shift_shapes, without_shift
 
+_ONE = 0.02
+"""Relative difference of speeds, and of loads, that count as one where all records have the same [-]."""
+
 _NEAR = 0.1
 """d₀²: square of the distance between operating points, as shares of the range recorded, at which a healthy record
 counts half of what it does at its point."""
@@ -105,7 +108,7 @@ class Remains:
 
 def _apart(points: np.ndarray, point: Sequence[float] | np.ndarray, recorded: np.ndarray) -> np.ndarray:
     """Squares (r,) of the distances of points (r, 2) from another one, as shares of the range recorded."""
-    span = np.maximum(np.ptp(recorded, axis=0), np.maximum(1e-9, 1e-3 * np.abs(recorded).max(axis=0)))
+    span = np.maximum(np.ptp(recorded, axis=0), np.maximum(1e-9, _ONE * np.abs(recorded).max(axis=0)))
     return (((points - point) / span) ** 2).sum(axis=1)
 
 

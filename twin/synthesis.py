@@ -25,7 +25,7 @@ import numpy as np
 from indexer_env import Machine, OperatingPoint, Sensor, make_effect
 from indexer_env.effects import EFFECTS, Effect, SensorEffect
 from twin.components import Components
-from twin.faults import Fault
+from twin.faults import Fault, highest_of
 from twin.nuisance import Nuisance
 from twin.turns import Healthy
 
@@ -105,7 +105,8 @@ def effect_of(
     elif sensor is not None:
         there = kind.of_sensor(sensor)
     given: dict[str, Any] = {} if there is None else dict(vars(there))
-    given[fault.parameter] = float(given.get(fault.parameter, 0.0)) + fault.value(size, machine)
+    grown = float(given.get(fault.parameter, 0.0)) + fault.value(size, machine)
+    given[fault.parameter] = min(grown, highest_of(fault))
     for name, law in fault.others.items():
         if name not in given:
             given[name] = phase % (2.0 * math.pi) if name == "phase" else 0.5 * sum(law["uniform"])

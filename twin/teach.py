@@ -36,9 +36,9 @@ from twin.workplace import keep
 GROWN = 600
 """Control turns that tell what the posterior leaves open beside faults."""
 
-FITTED, LEAST_FITTED = 1.0 / 300.0, 160
-"""Control turns that are fitted by simulation, for names, intervals and novelty, as share of the simulated ones and how
-many at least; some tenths of a second of a core each."""
+FITTED, LEAST_FITTED, OF_EACH = 1.0 / 300.0, 160, 30
+"""Control turns that are fitted by simulation, for names, intervals and novelty, as share of the simulated ones, how
+many at least, and how many for each fault of the table; some tenths of a second of a core each."""
 
 
 def learned(
@@ -68,7 +68,7 @@ def learned(
     told = {"false_alarms": s.false_alarms, "coverage": s.coverage, "seed": s.seed}
     judge = judge_of(networks, faulty, sound, view, **told)
     control = np.flatnonzero(faulty.subset == 1)
-    fitted_turns = max(LEAST_FITTED, round(FITTED * len(faulty.x)))
+    fitted_turns = max(LEAST_FITTED, OF_EACH * len(faults), round(FITTED * len(faulty.x)))
     half = len(sound.x) // 2
     synthesis = _synthesis(
         out, networks, sound.part(np.arange(half)), faulty.part(control[-GROWN:]), faults, healthy, view, s
@@ -138,7 +138,8 @@ def weights_by_control(
     with progress("weighing", len(seen), "turns") as advance:
         fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance, folder)
     quiet, _, _ = noisy(networks, sound, view, seed + 5)
-    weights = weights_of(fits, control.there[seen], control.size[seen], synthesis.unexplained(quiet), coverage)
+    left = [of.unexplained(quiet) for of in (synthesis, synthesis.of_mean())]
+    weights = weights_of(fits, control.there[seen], control.size[seen], left, coverage)
     # without an alarm nothing is named
     logits = np.full(control.there.shape, -np.inf)
     logits[seen] = weights.logits(fits)

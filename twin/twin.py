@@ -44,6 +44,9 @@ from twin.synthesis import Synthesis
 from twin.turns import Cells, Healthy
 from twin.weigh import IMPOSSIBLE, Weights, spread
 
+_LOUDER = 1.2
+"""Noise over that of the healthy records from which on networks see it as a change of the machine."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Estimate:
@@ -104,7 +107,7 @@ class Twin:
         remains = stored_remains(folder)
         with reading(folder / "twin.yaml"):
             cells = Cells(**about["cells"])
-            faults = faults_of(about, sensor)
+            faults = faults_of(about, machine, sensor)
             view = view_of(about, remains)
             healthy = Healthy(machine, sensor, cells, float(about["load_factor"]))
             judge, weights = Judge.restore(about["judge"]), Weights.restore(about["weights"])
@@ -115,12 +118,12 @@ class Twin:
     @functools.cached_property
     def gate(self) -> Gate:
         """What a record must be to be compared."""
-        return Gate(self.healthy, self.view, self.about["range"])
+        return Gate(self.healthy, self.view)
 
     @functools.cached_property
     def faults(self) -> tuple[Fault, ...]:
         """The fault table."""
-        return faults_of(self.about, self.sensor)
+        return faults_of(self.about, self.machine, self.sensor)
 
     @functools.cached_property
     def draws(self) -> Mapping[str, np.ndarray]:
@@ -166,7 +169,15 @@ class Twin:
         except SignalError as error:
             return TurnDiagnosis(NOT_COMPARABLE, (), {}, {}, 0.0, 0.0, str(error))
         judged = self.judged(x, record.point, record.stations_known)
-        return dataclasses.replace(judged, notes=(*notes, *record.notes))
+        return dataclasses.replace(judged, notes=(*notes, *record.notes, *self._louder(signal, record.conditions)))
+
+    def _louder(self, signal: Signal, told: Conditions) -> tuple[str, ...]:
+        """What is to be said where a record is stated to be noisier than the networks know."""
+        times = 0.0 if told.noise is None else told.noise / float(self.about["sample_noise"])
+        if times <= _LOUDER:
+            return ()
+        name, much = signal.source or "the record", f"{times:.2g} times the noise of the twin's healthy records"
+        return (f"{name}: {much} is stated, and the networks know no other than theirs: go by physics",)
 
     def _at_own_radius(self, signal: Signal, told: Conditions) -> tuple[Signal, Conditions, tuple[str, ...]]:
         """A record taken at another radius as the twin's sensor would read it, and what is to be said of it."""
@@ -185,10 +196,7 @@ class Twin:
         told = ensemble(self.networks, torch.from_numpy(x.astype(np.float32)), conditions)
         told = {name: value.mean(axis=0)[None] for name, value in told.items()}
         alarm = float(told["any"][0]) - self.judge.alarm
-        synthesis = self.synthesis
-        if synthesis is not None and not stations_known:
-            synthesis = synthesis.of_mean()
-        estimate = self._estimate(synthesis, x.mean(axis=0)[None], point, told, alarm > 0.0)
+        estimate = self._estimate(x.mean(axis=0)[None], point, told, stations_known, alarm=alarm > 0.0)
         strange, chance = estimate.strange, sigmoid(estimate.logits)
         reach = estimate.spread * estimate.reach[:, int((chance >= NAMED).sum() > 1)]
         sizes, each = {}, []
@@ -213,20 +221,24 @@ class Twin:
         return TurnDiagnosis(verdict, faults, probabilities, sizes, alarm, strange, reason, unnamed=unnamed)
 
     def _estimate(
-        self, synthesis: Synthesis | None, x: np.ndarray, point: OperatingPoint, told: Mapping[str, np.ndarray],
-        alarm: bool,
-    ) -> _Estimate:  # fmt: skip
+        self, x: np.ndarray, point: OperatingPoint, told: Mapping[str, np.ndarray], stations_known: bool, *, alarm: bool
+    ) -> _Estimate:
         """Of one turn x (1, stations, cells): by simulation where there is an alarm to look into, else by networks."""
         networks = _Estimate(told["faults"][0], told["size"][0], np.exp(told["spread"][0]), self.judge.reach, 0.0)
-        if synthesis is None or self.weights is None:
+        if self.synthesis is None or self.weights is None:
             return networks
+        synthesis = self.synthesis if stations_known else self.synthesis.of_mean()
         if not alarm:
-            strange = self.weights.oddness(synthesis.unexplained(x))
+            strange = self.weights.oddness(synthesis.unexplained(x), stations_known=stations_known)
             return dataclasses.replace(networks, strange=float(strange[0]))
         fits = fitted(synthesis, x, [point], told)
         strange = float(self.weights.strangeness(fits)[0])
         logits = self.weights.logits(fits)[0]
-        return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange)
+        # no fit tried a fault that is not possible, so that the networks alone have a size of it
+        tried = np.isfinite(fits.error[0])
+        size, wide = np.where(tried, fits.size[0], networks.size), np.where(tried, spread(fits)[0], networks.spread)
+        reach = np.where(tried[:, None], self.weights.reach, networks.reach)
+        return _Estimate(logits, size, wide, reach, strange)
 
     def explain(
         self,

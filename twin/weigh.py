@@ -8,8 +8,7 @@ beside others (Mondrian).
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +26,7 @@ _COMMON, _FAR = 0.95, 2.5
 hundred turns tell no higher quantile: one fit in a wrong minimum would decide it."""
 
 LEAST = 30
-"""Fewest turns of a group for an interval of its own, where the coverage does not need more."""
+"""Fewest turns of a fault alone, or beside others, for an interval apart from the fault's own."""
 
 IMPOSSIBLE = 2.0 * POSSIBLE
 """Logit of a fault that is not looked for."""
@@ -53,8 +52,11 @@ class Weights:
         The largest rattling of the turns that the slope is from; it holds for no larger one.
     strange : float
         ln of the remainder above which a turn that does not rattle is strange.
-    quiet : float
-        Remainder of a turn without alarm, which is not fitted, above which it is strange.
+    quiet, quiet_mean : float
+        Remainder of a turn without alarm, which is not fitted, above which it is strange: with its stations known, and
+        by its mean cam turn alone.
+    pooled : ndarray (faults,) of bool
+        Whether too few turns named the fault for a half width of its own: it has that of all faults together.
     """
 
     name: np.ndarray
@@ -63,6 +65,8 @@ class Weights:
     rattled: float
     strange: float
     quiet: float
+    quiet_mean: float
+    pooled: np.ndarray
 
     def plain(self) -> dict[str, Any]:
         """As YAML knows it."""
@@ -71,14 +75,8 @@ class Weights:
     @classmethod
     def restore(cls, given: Mapping[str, Any]) -> Weights:
         """What gave these values."""
-        return cls(
-            np.array(given["name"]),
-            np.array(given["reach"]),
-            given["slope"],
-            given["rattled"],
-            given["strange"],
-            given["quiet"],
-        )
+        arrays = {key: np.array(given[key]) for key in ("name", "reach", "pooled")}
+        return cls(**arrays, **{key: given[key] for key in ("slope", "rattled", "strange", "quiet", "quiet_mean")})
 
     def logits(self, fits: Fits) -> np.ndarray:
         """Logit (n, faults) of each fault; far below 0 where it was not thought possible."""
@@ -89,9 +87,9 @@ class Weights:
         rattling = np.log1p(np.minimum(fits.rattling, self.rattled))
         return np.sqrt(fits.left / np.exp(self.slope * rattling + self.strange))
 
-    def oddness(self, left: np.ndarray) -> np.ndarray:
+    def oddness(self, left: np.ndarray, *, stations_known: bool) -> np.ndarray:
         """The same of turns (n,) without alarm, which are not fitted."""
-        return np.sqrt(left / self.quiet)
+        return np.sqrt(left / (self.quiet if stations_known else self.quiet_mean))
 
 
 def spread(fits: Fits) -> np.ndarray:
@@ -107,9 +105,11 @@ def evidence(fits: Fits) -> np.ndarray:
     return np.stack([np.ones_like(size), np.arcsinh(size / spread(fits))], axis=2)
 
 
-def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.ndarray, coverage: float) -> Weights:
-    """From faulty turns (fits, truth) and the remainders of healthy ones, each kind for itself: so that the many
-    healthy ones do not decide what may be left of faulty ones."""
+def weights_of(
+    fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: Sequence[np.ndarray], coverage: float
+) -> Weights:
+    """From faulty turns (fits, truth) and the remainders of healthy ones, with their stations and by their means, each
+    kind for itself: so that the many healthy ones do not decide what may be left of faulty ones."""
     possible = np.isfinite(fits.error)
     x, y = evidence(fits)[possible], there[possible]
     scale = np.maximum(x.std(axis=0), 1.0)
@@ -126,10 +126,10 @@ def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.n
     rattling, left = np.log1p(fits.rattling[some]), np.log(fits.left[some])
     line = np.linalg.lstsq(np.stack([rattling, np.ones_like(rattling)], axis=1), left)[0]
     slope = max(float(line[0]), 0.0)
-    strange, quiet = _far(left - slope * rattling), _limit(sound_left)
-    found = Weights(name, np.zeros(0), slope, float(fits.rattling[some].max()), strange, quiet)
+    strange, (quiet, quiet_mean) = _far(left - slope * rattling), map(_limit, sound_left)
     error = np.abs(fits.size - size) / spread(fits)
-    return dataclasses.replace(found, reach=reaches(error, named & there, named, coverage))
+    reach, pooled = reaches(error, named & there, named, coverage)
+    return Weights(name, reach, slope, float(fits.rattling[some].max()), strange, quiet, quiet_mean, pooled)
 
 
 def _logits(name: np.ndarray, fits: Fits) -> np.ndarray:
@@ -150,10 +150,11 @@ def _limit(values: np.ndarray) -> float:
 
 def reaches(
     error: np.ndarray, right: np.ndarray, named: np.ndarray, coverage: float, turns: np.ndarray | None = None
-) -> np.ndarray:
+) -> tuple[np.ndarray, np.ndarray]:
     """Conformal quantiles (faults, 2) of errors in units of their spread, where a fault is rightly named: alone, and
-    beside others. A group too small takes its fault's, and that of a fault too small everybody's; where all are too few
-    for the coverage, nothing bounds a size. `turns` (n,) tells looks at the same turn, which hang together."""
+    beside others. A group too small takes its fault's, and a fault with too few turns for the coverage everybody's,
+    which the second array (faults,) tells; where all are too few, nothing bounds a size. `turns` (n,) tells looks at
+    the same turn, which hang together."""
     turns = np.arange(len(error)) if turns is None else turns
     beside = named.sum(axis=1) > 1
 
@@ -164,10 +165,12 @@ def reaches(
 
     whole = reach(right, 1)
     found = np.full((error.shape[1], 2), np.inf if whole is None else whole)
+    pooled = np.zeros(error.shape[1], dtype=bool)
     for fault in range(error.shape[1]):
         mine = right & (np.arange(error.shape[1]) == fault)
-        own = reach(mine, LEAST)
+        own = reach(mine, 1)
+        pooled[fault] = own is None
         for group in (0, 1):
             those = reach(mine & (beside == bool(group))[:, None], LEAST)
             found[fault, group] = next(r for r in (those, own, found[fault, group]) if r is not None)
-    return found
+    return found, pooled

@@ -9,8 +9,9 @@ from typing import Any
 
 import yaml
 
+from indexer_cli.__main__ import version
 from indexer_env.errors import ParameterError
-from twin.folder import FORMAT, NETWORKS, PAPER, VERSION
+from twin.folder import FORMAT, FORMER, NETWORKS, PAPER, VERSION
 
 _OWN_FILES = (
     "stage.yaml", "machine.yaml", "sensor.yaml", "calibration.yaml", "posterior.parquet", "remains.safetensors",
@@ -20,9 +21,6 @@ _OWN_FILES = (
 
 _PARTS = tuple(f".{Path(name).stem}.part" for name in _OWN_FILES)
 """What a run that was killed leaves of a file that it was writing."""
-
-_FORMER = ".former"
-"""Folder in which a twin stays while another one is made in its place."""
 
 
 def keep(path: Path, content: bytes) -> None:
@@ -45,20 +43,25 @@ class Workplace:
             A folder that holds something else.
         """
         self.out = out
-        mark = {"format": FORMAT, "version": VERSION, "made_of": made_of}
+        mark = {"format": FORMAT, "version": VERSION, "made_of": made_of, "software": version()}
         if out.exists():
-            held = sorted(path.name for path in out.iterdir() if path.name not in (*_PARTS, _FORMER))
+            held = sorted(path.name for path in out.iterdir() if path.name not in (*_PARTS, FORMER))
             foreign = [name for name in held if name not in _OWN_FILES]
             if foreign or (held and "stage.yaml" not in held):
                 raise ParameterError(
                     f"twin.out must be a new folder, an empty one or that of a twin, got {out}, which holds "
                     f"{(foreign or held)[0]}; name another."
                 )
-            if held and self.read("stage") != mark:
+            before = self.read("stage") if held else mark
+            if before != mark:
                 if not overwrite:
+                    same = before.get("made_of") == made_of
+                    whose = (
+                        f"was begun by version {before.get('software')} of this software" if same else "is of others"
+                    )
                     raise ParameterError(
                         "twin.out must be a new folder, or that of a twin of the same records and settings, got "
-                        f"{out}, which is of others; set overwrite=true to make it anew, or name another."
+                        f"{out}, which {whose}; set overwrite=true to make it anew, or name another."
                     )
                 self._put_aside(held)
             for name in _PARTS:
@@ -68,7 +71,7 @@ class Workplace:
 
     def _put_aside(self, held: Sequence[str]) -> None:
         """Make room; a twin that is finished stays in a folder of its own until the new one is."""
-        former = self.out / _FORMER
+        former = self.out / FORMER
         if "twin.yaml" in held:
             if (former / "twin.yaml").exists():
                 shutil.rmtree(former)
@@ -85,7 +88,7 @@ class Workplace:
 
     def finished(self) -> None:
         """The twin is made: what is left of the way there goes, and the twin that it replaces."""
-        for name in ("data", _FORMER):
+        for name in ("data", FORMER):
             shutil.rmtree(self.out / name, ignore_errors=True)
 
     def read(self, name: str) -> Any:
@@ -96,6 +99,11 @@ class Workplace:
         """Write NAME.yaml, whole or not at all."""
         text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
         keep(self.out / f"{name}.yaml", text.encode())
+
+    def forget(self, *names: str) -> None:
+        """Remove NAME.yaml where there is one."""
+        for name in names:
+            (self.out / f"{name}.yaml").unlink(missing_ok=True)
 
     def has(self, names: Sequence[str]) -> bool:
         """Whether it holds all of these files."""

@@ -75,7 +75,9 @@ class Fixed(nn.Module):
 JUDGE = Judge(alarm=0.0, reach=np.full((10, 2), 2.0))
 """Alarm above 0."""
 
-WEIGHTS = Weights(np.array([-1.0, 1.0]), np.full((10, 2), 2.0), 0.0, 0.0, float(np.log(4.0)), 4.0)
+WEIGHTS = Weights(
+    np.array([-1.0, 1.0]), np.full((10, 2), 2.0), 0.0, 0.0, float(np.log(4.0)), 4.0, 4.0, np.zeros(10, dtype=bool)
+)
 """Named where a size is above 1.2 standard deviations; strange where four times the noise's power is left."""
 
 

@@ -70,6 +70,15 @@ def test_what_remains_behind_found_faults_is_said():
     assert answer.remarks == ("3.0 times the noise remains.",)
 
 
+@pytest.mark.parametrize("verdict", [HEALTHY, UNKNOWN])
+def test_a_fault_that_does_not_matter_explains_no_remainder_away(verdict):
+    found = physics(FAULTY, ("crack", 0.01), level=5.0)
+    answer = answered(network(verdict), found)
+    assert answer.verdict == UNKNOWN
+    assert "smaller than what is surely seen, beside which 5.0 times the noise" in answer.remarks[-1]
+    assert answered(network(verdict), dataclasses.replace(found, level=1.1)).verdict == HEALTHY
+
+
 @pytest.mark.parametrize(("size", "spread", "there"), [(0.01, 0.005, False), (0.05, 0.01, True), (0.0, 1e-9, False)])
 def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_there(size, spread, there):
     seen = network(FAULTY, "crack", "friction")

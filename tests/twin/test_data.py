@@ -14,7 +14,7 @@ from datagen.campaigns.own import LOAD_FACTOR
 from indexer_env import Sensor
 from indexer_env.effects import SensorEffect
 from tests.twin.builders import CELLS, MACHINE, healthy
-from twin.data import OWN_LOAD, made, order_of, points_of
+from twin.data import OWN_LOAD, made, order_of, points_of, untaught
 from twin.faults import chosen
 from twin.posterior import simulated
 from twin.synthesis import effect_of
@@ -52,3 +52,13 @@ def test_a_turn_has_the_point_that_it_was_simulated_for(tmp_path: Path):
         load = order.campaign.item(index, order.base, order.seed).operating_point["load_torque"]
         own = 3.0**0.5 * OWN_LOAD * UNCERTAINTY
         assert load / (0.94 * points[place].load_torque) == pytest.approx(1.0, abs=1.01 * own)
+
+
+def test_healthy_turns_for_the_alarm_are_of_machines_that_no_network_learned(tmp_path: Path) -> None:
+    pq.write_table(pa.table({"machine.table_inertia": np.arange(40.0)}), tmp_path / "posterior.parquet")
+    kept = pq.read_table(untaught(tmp_path / "posterior.parquet", tmp_path / "data" / "untaught.parquet"))
+    known = [float(value) for value in kept.column("machine.table_inertia").to_pylist()]
+    points, faults = points_of((1400.0,) * 2, (2.0,) * 2, 0), chosen(["crack"])
+    order = order_of(tmp_path / "posterior.parquet", faults, points, MACHINE, Sensor(), CELLS, UNCERTAINTY, 40, 1)
+    subset = [order.campaign.item(k, order.base, 1).label.subset for k in range(40)]
+    assert known == [float(k) for k in range(40) if subset[k] == "control"] and len(known) == 10

@@ -9,7 +9,9 @@ import pytest
 from indexer_env import EFFECTS, Sensor, load_machine, make_effect
 from indexer_env.errors import ParameterError
 from indexer_env.units import RPM
+from twin.data import fault_laws
 from twin.faults import FAULTS, check_matters, chosen, peak_torque, share_of
+from twin.synthesis import effect_of
 
 MACHINE = load_machine("reference")
 
@@ -45,6 +47,17 @@ def test_a_loose_sensor_is_told_by_the_bracket_that_there_is_in_all():
     assert loose.told(share, MACHINE) == pytest.approx(50.0) and loose.told(0.0, MACHINE) == pytest.approx(100.0)
     assert share_of(loose, 50.0, MACHINE) == pytest.approx(share, rel=1e-6)
     assert chosen(["crack", "sensor_gain"], sensor=Sensor(bracket_hz=100.0)) == chosen(["crack", "sensor_gain"])
+
+
+def test_a_fault_grows_no_further_than_its_effect_can_be():
+    """Rollers that have lost 45 % of their stiffness already can lose little more than as much again."""
+    worn = MACHINE.with_effects(make_effect("roller.crack", stiffness_loss=0.45))
+    (sound,), (crack,) = chosen(["crack"]), chosen(["crack"], machine=worn)
+    assert chosen(["crack"], machine=MACHINE) == (sound,)
+    assert crack.value(crack.most, worn) == pytest.approx(1.0 - 1.1 * 0.45)
+    law = fault_laws([crack], worn)["crack"]["roller.crack"]["stiffness_loss"]
+    assert law["choice"][0]["uniform"][1] == pytest.approx(1.0 - 1.1 * 0.45)
+    assert effect_of(sound, 1.0, worn, 0.0, 0).stiffness_loss < 1.0, "beside a machine of the posterior"
 
 
 @pytest.mark.parametrize(

@@ -129,7 +129,9 @@ def test_the_calibration_says_and_notes_it(tmp_path, monkeypatch, caplog):
     maker = Maker.__new__(Maker)
     maker.settings, maker.before, maker.out = Settings(), None, tmp_path
     maker.bench = make.Bench(subject)  # type: ignore[arg-type]
-    maker.work = SimpleNamespace(has=lambda names: False, write=written.__setitem__)  # type: ignore[assignment]
+    maker.work = SimpleNamespace(  # type: ignore[assignment]
+        has=lambda names: False, write=written.__setitem__, forget=lambda *names: None
+    )
     sound = SimpleNamespace(
         machine=MACHINE, sensor=healthy().sensor, paths=(), draws=np.zeros((1, 0)), load_factor=1.0, noise_share=1.0
     )

@@ -10,10 +10,10 @@ import pytest
 from indexer_env import Joint, OperatingPoint, Run, Sensor, Signal, SignalError, make_effect, simulate
 from indexer_env.units import RPM
 from indexer_records.resample import CUTOFF
-from tests.twin.builders import MACHINE, RANGE, RATE, healthy, record, view
+from tests.twin.builders import MACHINE, RATE, healthy, record, view
 from twin.gate import Gate
 
-GATE = Gate(healthy(), view(), RANGE)
+GATE = Gate(healthy(), view())
 
 
 def changed(signal: Signal, **changes) -> Signal:
@@ -35,12 +35,22 @@ def test_a_turn_of_this_machine_passes_and_its_start_is_found_where_it_is_not_st
 def test_a_record_of_unknown_station_is_compared_with_the_station_that_it_is_like():
     """An imbalance makes every station's turn another one; without its stations the machine would look faulty."""
     heavy = MACHINE.with_effects(make_effect("load.imbalance", torque=90.0, phase=1.0))
-    gate = Gate(dataclasses.replace(healthy(), machine=heavy), view(), RANGE)
+    gate = Gate(dataclasses.replace(healthy(), machine=heavy), view())
     for station in (0, 3, 5):
         signal, told = record(heavy, start=3.0 + 2.0 * np.pi * station)
         x, seen = gate.looked(signal, dataclasses.replace(told, start_angle=None))
         assert not seen.stations_known and size(x) < 0.5
         assert seen.conditions.start_angle == pytest.approx(3.0 + 2.0 * np.pi * station, abs=0.02)
+
+
+@pytest.mark.parametrize("off", [0.04, 0.25])
+def test_a_start_that_is_stated_roughly_is_told_by_the_record_and_its_station_as_stated(off):
+    signal, told = record(start=3.0 + 2.0 * np.pi * 5)
+    rough = dataclasses.replace(told, start_angle=told.start_angle + off, start_uncertainty=0.1)
+    x, seen = GATE.looked(signal, rough)
+    assert seen.stations_known and size(x) < 0.5 and "stated less exactly than the record" in seen.notes[0]
+    assert seen.conditions.start_angle == pytest.approx(told.start_angle, abs=0.02)
+    assert seen.conditions.start_uncertainty == 0.01
 
 
 def size(x: np.ndarray) -> float:
@@ -93,7 +103,7 @@ def test_a_record_is_read_by_its_own_clock(share):
 def test_an_offset_that_the_sensor_has_today_is_taken_out(stated):
     """Five times the noise of a cell, beside what the twin's sensor reads at rest; seed 0."""
     sensor = Sensor(offset=stated)
-    gate = Gate(dataclasses.replace(healthy(), sensor=sensor), view(), RANGE)
+    gate = Gate(dataclasses.replace(healthy(), sensor=sensor), view())
     signal, told = record()
     noisy = signal.values + stated + 0.1 * np.random.default_rng(0).standard_normal(len(signal.values))
     for start in (3.0, None):
@@ -146,9 +156,18 @@ def test_another_machine_is_refused():
 
 
 def test_an_operating_point_of_a_twin_for_one_point_is_that_point():
-    gate = Gate(healthy(), view(), {**RANGE, "load_torque": [10.0, 10.0]})
+    of_one = dataclasses.replace(view(), loads=(10.0, 0.0))
+    gate = Gate(healthy(), of_one)
     signal, told = record(load=10.1)
     gate.looked(signal, told)
+    near = [OperatingPoint(1400.0 * RPM, load) for load in (9.8, 10.0, 10.1)]
+    assert of_one.conditions(near)[:, 1].tolist() == [0.0, 0.0, 0.0], "networks were taught no other load"
     signal, told = record(load=12.0)
     with pytest.raises(SignalError, match="within the twin's 10 to 10 N m"):
         gate.looked(signal, told)
+
+
+def test_beside_the_range_networks_see_its_end():
+    narrow = dataclasses.replace(view(), speeds=(1490.0 * RPM, 10.0 * RPM))
+    speeds = [OperatingPoint(rpm * RPM, 15.0) for rpm in (1470.0, 1485.0, 1515.0)]
+    assert narrow.conditions(speeds).tolist() == [[-1.0, 0.5], [-0.5, 0.5], [1.0, 0.5]]

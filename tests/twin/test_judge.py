@@ -198,7 +198,7 @@ def test_each_way_to_fail_the_check_has_its_sentence():
     assert "None of the records held out" in checked_with(Fixed(-5.0, sound), own=True).reason
     assert "are called faulty" in checked_with(Fixed(5.0, sound)).reason
     assert "like none of the simulated" in checked_with(Fixed(-5.0, sound), offset=0.3).reason
-    easy = dataclasses.replace(WEIGHTS, quiet=8000.0)
+    easy = dataclasses.replace(WEIGHTS, quiet=8000.0, quiet_mean=8000.0)
     off = checked_with(Fixed(-5.0, sound), offset=0.3, weights=easy)
     assert not off.trusted and "predicted to 2.9 times the noise" in off.reason and "stations" not in off.reason
     unknown = checked_with(Fixed(-5.0, sound), offset=0.3, weights=easy, stations_known=False)
@@ -207,7 +207,7 @@ def test_each_way_to_fail_the_check_has_its_sentence():
 
 def test_an_alarm_and_a_novel_turn_by_chance_are_two_turns_and_the_caution_stays(monkeypatch):
     class Odd(Weights):
-        def oddness(self, left: np.ndarray) -> np.ndarray:
+        def oddness(self, left: np.ndarray, *, stations_known: bool) -> np.ndarray:
             return np.where(np.arange(len(left)) == 1, 2.0, 0.5)
 
     point, any_fault = OperatingPoint(1400.0 * RPM, 5.0), np.where(np.arange(10) == 0, 5.0, -5.0)

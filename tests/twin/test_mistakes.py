@@ -59,7 +59,8 @@ def about(**changes):
         "range": {"motor_speed_rpm": [1200.0, 1500.0], "load_torque": [2.0, 20.0]},
         "recorded": [[1200.0, 2.0], [1500.0, 20.0]], "shift": 0.05, "detection": [],
         "calibration": KNOWN,
-        "check": {"turns": [{}, {}, {}]}, "settings": {"faults": ["crack"], "housing_uncertainty": 0.2},
+        "check": {"turns": [{}, {}, {}]}, "weights": {"pooled": [False]},
+        "settings": {"faults": ["crack"], "housing_uncertainty": 0.2},
     }  # fmt: skip
     return {**found, **changes}
 
@@ -69,7 +70,7 @@ def about(**changes):
     [
         ({"recorded": [[1500.0, 2.0], [1500.0, 20.0]]}, "Record at a second speed"),
         ({"recorded": [[1500.2, 2.0], [1500.9, 20.0]]}, "Record at a second speed"),
-        ({"calibration": {**KNOWN, "scale_spread": 0.04}}, "a record under a well known load, larger than 20 N m"),
+        ({"calibration": {**KNOWN, "scale_spread": 0.04}}, "Loads that are known better, and one larger than 20 N m"),
         ({"calibration": {**KNOWN, "start_compared": True}}, "once-per-turn pulse"),
         ({"calibration": {**KNOWN, "spread": {"cam_inertia": 0.2}}}, "Hardly known: inertia of the cam"),
         ({"check": {"turns": [{}]}}, "Hold out another healthy record"),
@@ -135,8 +136,7 @@ def test_a_loaded_twin_tells_a_loose_sensor_by_the_bracket_in_all(tmp_path):
 
 @pytest.mark.parametrize(("speeds", "said"), [((150.0, 150.1), True), ((150.0, 170.0), False)])
 def test_records_at_one_speed_are_told_before_the_work_begins(monkeypatch, tmp_path, capsys, speeds, said):
-    points = [SimpleNamespace(operating_point=OperatingPoint(speed, 2.0)) for speed in speeds]
-    bench = SimpleNamespace(experiments=points)
+    bench = SimpleNamespace(points=[OperatingPoint(speed, 2.0) for speed in speeds])
     monkeypatch.setattr(command, "bench_of", lambda config: bench)
     monkeypatch.setattr(command, "with_its_effects", lambda bench: bench)
     monkeypatch.setattr("twin.make.Maker", lambda *args, **kwargs: None)

@@ -114,6 +114,15 @@ def test_noise_follows_the_load_of_the_records_that_show_it():
     assert drawn(left).startswith("<svg")
 
 
+def test_noise_follows_the_load_at_a_speed_that_is_nearly_the_recorded_one():
+    """All records at 1500 rpm; 1503 rpm is the same speed, and not one far from all of them."""
+    loads, levels = (2.0, 11.0, 20.0), (0.1, 0.2, 0.3)
+    left = rows(*((OperatingPoint(1500.0 * RPM, load), 0.0, level) for load, level in zip(loads, levels, strict=True)))
+    for load in loads:
+        here, beside = (left.sigma(OperatingPoint(rpm * RPM, load)) for rpm in (1500.0, 1503.0))
+        assert beside == pytest.approx(here, rel=0.03)
+
+
 def test_networks_see_noise_of_one_size_at_all_operating_points():
     """No shift and nothing fixed: of nothing, noise is seen. Seed 5."""
     left = left_of((SLOW, FAST), (0.3, 0.6), np.random.default_rng(5))

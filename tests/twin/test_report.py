@@ -15,6 +15,7 @@ from discrepancy.indexer.parameters import UNCERTAINTY
 from discrepancy.indexer.together import GAIN
 from indexer_env.effects import EFFECTS
 from tests.twin.builders import CELLS, MACHINE, RANGE, view
+from twin.advice import beyond
 from twin.quantities import meaning_of, value_of, words_of
 from twin.report.page import page
 
@@ -47,7 +48,7 @@ def said() -> str:
             "headline": "Nothing lacks.", "level": 1.0, "scale_spread": 0.01, "spread": {"cam_inertia": 0.2},
             "start_compared": False, "parameters": ROWS, "notes": [],
         },
-        "scores": {"networks": {"one": 0.9}, "paper": {"one": 0.5}}, "detection": [seen],
+        "weights": {"pooled": [True]}, "scores": {"networks": {"one": 0.9}, "paper": {"one": 0.5}}, "detection": [seen],
         "check": {"trusted": True, "reason": "Trusted.", "turns": [checked]},
     }  # fmt: skip
     remains = view().remains
@@ -83,3 +84,9 @@ def test_on_a_small_screen_tables_stack_and_pictures_scroll(said):
     assert said.count("<svg") == len(re.findall(r'<div class="figure"><svg', said)) == 2
     assert ".figure svg { min-width: 640px; }" in said and ".stack td[data-name]::before" in said
     assert 'data-name="1400 rpm, 5 N m">1.2</td>' in said
+
+
+def test_what_was_not_recorded_and_intervals_that_are_not_a_faults_own_are_said(said):
+    assert "The twin diagnoses 1200 to 1500 rpm and 0 to 20 N m, which is more than was recorded" in said
+    assert "Too few simulated turns name cracked rollers: intervals of these sizes are those of all faults" in said
+    assert beyond([(1200.0, 5.0), (1500.0, 20.0)], (1190.0, 1510.0), (5.0, 20.0)) == []

@@ -199,7 +199,7 @@ def drawn(rng: np.random.Generator, count: int) -> tuple[Fits, np.ndarray, np.nd
 
 def test_intervals_hold_in_every_group():
     rng = np.random.default_rng(0)
-    weights = weights_of(*drawn(rng, 3000), np.ones(200), 0.9)
+    weights = weights_of(*drawn(rng, 3000), [np.ones(200)] * 2, 0.9)
     fits, there, size = drawn(rng, 3000)
     named = weights.logits(fits) > 0.0
     assert (named == there).mean() > 0.99
@@ -210,7 +210,7 @@ def test_intervals_hold_in_every_group():
 
 
 def test_a_fault_is_named_where_its_fit_shows_it():
-    weights = weights_of(*drawn(np.random.default_rng(0), 400), np.ones(200), 0.9)
+    weights = weights_of(*drawn(np.random.default_rng(0), 400), [np.ones(200)] * 2, 0.9)
     sizes = Fits(np.array([[0.1, 0.003]]), np.full((1, 2), 0.002), np.ones(1), np.zeros(1))
     assert (weights.logits(sizes)[0] > 0.0).tolist() == [True, False]
 
@@ -231,15 +231,25 @@ def test_the_measured_turns_own_scatter_counts_beyond_that_of_noise():
 def test_a_small_group_takes_the_reach_of_its_fault():
     error = np.array([[1.0], [2.0]] * 30)
     named = np.ones((60, 1), dtype=bool)
-    found = reaches(error, named, named, 0.9)
-    assert found[0, 0] == found[0, 1] == 2.0
+    found, pooled = reaches(error, named, named, 0.9)
+    assert found[0, 0] == found[0, 1] == 2.0 and not pooled.any()
+
+
+def test_a_fault_has_an_interval_of_its_own_from_as_few_turns_as_can_tell_it():
+    """Ten turns of a fault that misses ten times as far as the other, and eight, which tell no quantile of 90 %."""
+    for count, own in ((10, 10.0), (8, 1.0)):
+        error, named = np.ones((200, 2)), np.zeros((200, 2), dtype=bool)
+        error[:count, 1] = 10.0
+        named[:count, 1] = named[count:, 0] = True
+        found, pooled = reaches(error, named, named, 0.9)
+        assert found[1].tolist() == [own, own] and pooled.tolist() == [False, count == 8]
 
 
 def test_turns_too_few_for_the_coverage_bound_no_size_and_looks_at_one_turn_are_no_turns():
     error, named = np.ones((60, 1)), np.ones((60, 1), dtype=bool)
-    assert (reaches(error, named, named, 0.98) == 1.0).all()
-    assert np.isinf(reaches(error, named, named, 0.99)).all()
-    assert np.isinf(reaches(error, named, named, 0.98, np.repeat(np.arange(15), 4))).all()
+    assert (reaches(error, named, named, 0.98)[0] == 1.0).all()
+    assert np.isinf(reaches(error, named, named, 0.99)[0]).all()
+    assert np.isinf(reaches(error, named, named, 0.98, np.repeat(np.arange(15), 4))[0]).all()
 
 
 def test_weights_are_stored_and_come_back():
@@ -311,9 +321,11 @@ def test_what_may_be_left_of_faulty_turns_is_not_decided_by_the_many_healthy_one
     rng = np.random.default_rng(0)
     fits, there, size = drawn(rng, 400)
     fits = dataclasses.replace(fits, left=np.exp(rng.normal(2.0, 1.0, 400)))
-    weights = weights_of(fits, there, size, np.full(5000, 1.0), 0.9)
+    weights = weights_of(fits, there, size, [np.full(5000, 1.0), np.full(5000, 2.0)], 0.9)
     assert (weights.strangeness(fits) > 1.0).mean() < 0.02
-    assert weights.oddness(np.array([4.0]))[0] > 1.0
+    for known, limit in ((True, 1.0), (False, 2.0)):
+        below, above = weights.oddness(np.array([0.99, 1.01]) * limit, stations_known=known)
+        assert below < 1.0 < above
 
 
 @pytest.mark.parametrize("bad", [0, 3])
@@ -322,7 +334,7 @@ def test_few_fits_in_a_wrong_minimum_do_not_decide_what_is_strange(bad):
     fits, there, size = drawn(np.random.default_rng(0), 120)
     left = np.exp(np.random.default_rng(1).normal(0.0, 0.5, 120))
     left[:bad] = 1000.0
-    weights = weights_of(dataclasses.replace(fits, left=left), there, size, np.ones(200), 0.9)
+    weights = weights_of(dataclasses.replace(fits, left=left), there, size, [np.ones(200)] * 2, 0.9)
     limit = 1.0 / weights.strangeness(dataclasses.replace(fits, left=np.ones(120)))[0] ** 2
     assert left[bad:].max() < limit < 60.0
 
@@ -333,7 +345,7 @@ def test_many_fits_that_name_the_wrong_faults_do_not_decide_what_is_strange():
     rng = np.random.default_rng(1)
     left, found, bad = np.exp(rng.normal(0.0, 0.3, 160)), fits.size.copy(), np.arange(160) < 40
     left[bad], found[bad], there[bad, 0] = np.exp(rng.normal(6.0, 1.0, 40)), 0.0, True
-    weights = weights_of(dataclasses.replace(fits, size=found, left=left), there, size, np.ones(200), 0.9)
+    weights = weights_of(dataclasses.replace(fits, size=found, left=left), there, size, [np.ones(200)] * 2, 0.9)
     limit = 1.0 / weights.strangeness(dataclasses.replace(fits, left=np.ones(160)))[0] ** 2
     assert left[~bad].max() < limit < 20.0
 
@@ -354,7 +366,7 @@ def test_what_turns_may_leave_that_rattle_more_than_any_seen_is_not_extrapolated
         fits, there, size = drawn(rng, 160)
         rattling, left = np.abs(0.1 * rng.standard_normal(160)), np.exp(0.5 * rng.standard_normal(160))
         fits = dataclasses.replace(fits, rattling=rattling, left=left)
-        weights = weights_of(fits, there, size, np.ones(200), 0.9)
+        weights = weights_of(fits, there, size, [np.ones(200)] * 2, 0.9)
         asked = dataclasses.replace(fits, rattling=np.full(160, 1000.0), left=np.full(160, 20.0))
         assert 1.0 < weights.strangeness(asked)[0] < 3.0
 
@@ -366,7 +378,7 @@ def test_only_a_turn_that_rattles_may_leave_as_much_as_turns_that_rattle():
     rattling = np.where(np.arange(200) < 100, 0.0, 1000.0)
     left = np.exp(rng.normal(np.where(rattling > 0.0, math.log(30.0), 0.0), 0.2))
     fits = dataclasses.replace(fits, left=left, rattling=rattling)
-    weights = weights_of(fits, there, size, np.ones(200), 0.9)
+    weights = weights_of(fits, there, size, [np.ones(200)] * 2, 0.9)
     asked = dataclasses.replace(fits, left=np.full(200, 20.0))
     assert ((weights.strangeness(asked) > 1.0) == (rattling == 0.0)).all()
     assert (weights.strangeness(fits) > 1.0).mean() < 0.02

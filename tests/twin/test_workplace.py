@@ -14,6 +14,7 @@ from indexer_env.errors import ParameterError
 from tests.twin.builders import MACHINE, NOISE, WEIGHTS, healthy, view
 from tests.twin.test_judge import turns
 from twin.faults import chosen
+from twin.folder import about_of
 from twin.settings import Settings
 from twin.teach import learned
 from twin.workplace import Workplace
@@ -59,6 +60,23 @@ def test_a_twin_that_is_replaced_stays_until_the_new_one_is_made(tmp_path, finis
     again.write("twin", {})
     again.finished()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["stage.yaml", "twin.yaml"]
+
+
+def test_what_another_version_of_the_software_began_is_not_gone_on_with(tmp_path, monkeypatch):
+    monkeypatch.setattr("twin.workplace.version", lambda: "0.1")
+    Workplace(tmp_path, "records", False)
+    monkeypatch.setattr("twin.workplace.version", lambda: "0.2")
+    with pytest.raises(ParameterError, match=r"which was begun by version 0\.1 of this software; set overwrite=true"):
+        Workplace(tmp_path, "records", False)
+
+
+def test_a_twin_that_was_put_aside_is_found(tmp_path):
+    Workplace(tmp_path, "records", False).write("twin", {})
+    with pytest.raises(ParameterError, match="make one with indexer twin"):
+        about_of(tmp_path / "elsewhere")
+    Workplace(tmp_path, "other records", True)
+    with pytest.raises(ParameterError, match=r"holds no twin\.yaml; the one before is in .*\.former"):
+        about_of(tmp_path)
 
 
 def test_networks_and_synthesis_are_as_readable_as_the_umask_says(tmp_path, monkeypatch, open_to_all):
