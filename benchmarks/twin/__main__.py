@@ -30,6 +30,7 @@ from benchmarks.twin.records import records_of
 from benchmarks.twin.table import Judged, markdown, summary
 from benchmarks.twin.transfer import transferred
 from benchmarks.twin.truth import DRAWS, Purpose, Truth, machine_of, rng_of, write_bench
+from twin.folder import VERSION
 from twin.settings import Settings
 
 DEFAULTS = {
@@ -91,7 +92,7 @@ def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: 
 
 def made_with(settings: dict[str, Any]) -> dict[str, Any]:
     """What rows depend on that their file's name does not tell."""
-    return {key: settings[key] for key in OF_ROWS} | {"draws": DRAWS}
+    return {key: settings[key] for key in OF_ROWS} | {"draws": DRAWS, "twin": VERSION}
 
 
 def work_of(out: Path, settings: dict[str, Any], number: int, method: str) -> Path:

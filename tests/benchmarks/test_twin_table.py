@@ -148,11 +148,11 @@ def test_what_an_earlier_version_drew_is_not_taken_over(tmp_path, monkeypatch):
     rows = tmp_path / "rows" / "0.015-0.1-0-twin.json"
     rows.parent.mkdir()
     rows.write_text(json.dumps({"kind": "as modelled", "rows": {}, "settings": own}))
-    with pytest.raises(SystemExit, match=r"was made with .*'draws': 2\}; name another out"):
+    with pytest.raises(SystemExit, match=r"was made with .*'draws': 2, 'twin': \d+\}; name another out"):
         command.main([f"out={tmp_path}"])
     rows.unlink()
     command._begin(tmp_path / "work-0.015-0.1-0-twin", own)
-    with pytest.raises(SystemExit, match=r"was made with .*'draws': 2\}; name another out"):
+    with pytest.raises(SystemExit, match=r"was made with .*'draws': 2, 'twin': \d+\}; name another out"):
         command.main([f"out={tmp_path}"])
     kept: list[Any] = []
     monkeypatch.setattr(command, "records_of", lambda *given: kept.append(given[-1].name) or [])
