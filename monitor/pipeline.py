@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Any
 
+from indexer_cli.words import joined
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
 from indexer_records.conditions import RecordConditions
@@ -17,7 +19,9 @@ from monitor.intake.cutter import Cutter, CutTurn
 from monitor.intake.order import Order, Placed
 from monitor.intake.states import UNTIL_GOOD_TURN, States
 from monitor.plan import Outcome, Plan
-from monitor.watch import Watch
+from monitor.watch import Watch, without_modes
+
+_log = logging.getLogger(__name__)
 
 _TIME = "%Y-%m-%d %H:%M:%S UTC"
 
@@ -48,7 +52,11 @@ class Pipeline:
         self.heard_ns: int | None = body.get("heard_ns")
         self.sensor: str | None = body.get("sensor")
         self.references: dict[str, int] = dict(body.get("references", {}))
-        self.watch = Watch(plan, [mode.name for mode in diagnoser.modes], self.states, body)
+        others = {mode for mode, own in body.get("origins", {}).items() if diagnoser.origins.get(mode, own) != own}
+        if others:
+            said = "%s: another model or twin diagnoses at %s than before; trends begin anew there"
+            _log.warning(said, machine, joined(sorted(others)))
+        self.watch = Watch(plan, [mode.name for mode in diagnoser.modes], self.states, without_modes(body, others))
         self._order = Order(self.states, plan.jitter, self.until_ns)
         self._order.seen = [(start, number) for start, number in body.get("seen", ())]
         self._cutter = Cutter(diagnoser.modes, plan.pulse_range, plan.pulse)
@@ -195,6 +203,10 @@ class Pipeline:
                     finding = self._diagnosed(cut)
                 except SignalError as error:
                     flaw = "not_comparable", str(error)
+                except Exception as error:
+                    # one turn that nobody foresaw must not end the watch over all other machines
+                    _log.exception("%s: turn %d could not be diagnosed", self.machine, self.turns)
+                    flaw = "not_comparable", f"a turn that could not be diagnosed ({type(error).__name__}: {error})"
                 else:
                     self.states.over(*UNTIL_GOOD_TURN)
                     self.watch.take(self.turns, cut, finding, outcome)
@@ -250,6 +262,7 @@ class Pipeline:
             "heard_ns": self.heard_ns,
             "sensor": self.sensor,
             "references": self.references,
+            "origins": dict(self._diagnoser.origins),
             **self.watch.to_dict(),
             "seen": self._order.seen,
         }

@@ -133,7 +133,7 @@ class Service:
             self._store, self.engine, diagnoser, settings.plan, self._hub, gate, physical=self.physics is not None,
             troubles=self._troubles,
         )  # fmt: skip
-        app = make_app(api, Metrics(self.engine, self._store), settings.local)
+        app = make_app(api, Metrics(self.engine, self._store), settings.local, settings.host)
         config = uvicorn.Config(
             app, log_level="warning", access_log=False, timeout_graceful_shutdown=2, server_header=False, ws="none",
             limit_concurrency=500, h11_max_incomplete_event_size=16384, proxy_headers=False,
@@ -147,8 +147,8 @@ class Service:
             self.physics.consider(change)
 
     def _troubles(self) -> list[str]:
-        """What keeps samples from coming or from being stored, as sentences."""
-        told = [one.trouble for one in (self.engine, *self._sources) if one.trouble is not None]
+        """What keeps samples from coming or from being stored, and alarms from being delivered, as sentences."""
+        told = [one.trouble for one in (self.engine, *self._sources, *self._senders) if one.trouble is not None]
         return [*self._cautions, *told, *self.engine.unread.sentences]
 
     @property

@@ -84,6 +84,7 @@ class Watch:
         known = {mode: one for mode, one in self.last.get("modes", {}).items() if mode in self._modes}
         known[cut.mode.name] = {
             "time_ns": cut.end_ns,
+            "ran_s": ran_s,
             "sizes": {name: list(size) for name, size in smooth.items()},
             "remaining": {name: [r.median, r.low, r.high] for name, r in remaining.items()},
         }
@@ -173,9 +174,14 @@ class Watch:
                 if mode in modes and name in modes[mode]["sizes"]:
                     told["sizes"][name], told["size_mode"][name] = modes[mode]["sizes"][name], mode
                     if name in modes[mode]["remaining"]:
-                        told["remaining"][name] = modes[mode]["remaining"][name]
+                        told["remaining"][name] = self._left(modes[mode], name)
                     break
         return {**self.last, **told}
+
+    def _left(self, told: dict[str, Any], name: str) -> list[float]:
+        """The remaining time that a mode's newest turn told, less what the machine has run since in other modes."""
+        since = self.running.ran_s - told.get("ran_s", self.running.ran_s)
+        return [max(0.0, end - since) for end in told["remaining"][name]]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, from which the constructor makes the same."""
@@ -187,6 +193,15 @@ class Watch:
             "baselines": self.baselines.to_dict(),
             "conditions": {one.quantity: one.to_dict() for one in conditions},
         }
+
+
+def without_modes(body: dict[str, Any], modes: Collection[str]) -> dict[str, Any]:
+    """What `to_dict` gave, without the trends of some modes."""
+    trends = {mode: one for mode, one in body.get("trends", {}).items() if mode not in modes}
+    last = dict(body.get("last", {}))
+    if "modes" in last:
+        last["modes"] = {mode: one for mode, one in last["modes"].items() if mode not in modes}
+    return {**body, "trends": trends, "last": last}
 
 
 def _by_mode(last: dict[str, Any]) -> dict[str, Any]:

@@ -27,7 +27,7 @@ BANDS = 10
 """Bands of equal width into which contributions are summed."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-_MOST_PANELS = 2**14
+_MOST_PANELS = 2**11
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ def contributions(model: Model, features: np.ndarray, position: int) -> np.ndarr
     """Contributions c (count,) of scaled features (count,) to the agreement with the class at `position` of the code
     book.
 
-    The integral is taken by Gauss and Legendre on panels that are halved until the contributions are complete to
-    COMPLETE.
+    The integral is taken by Gauss and Legendre on panels that are quartered until the contributions are complete to
+    COMPLETE, and `_MOST_PANELS` at most: of features a hundred times those that were taught they stay incomplete.
     """
     network, mean = model.network, model.mean_features
     layers = network.layers(model.parameters[None])
@@ -68,7 +68,7 @@ def contributions(model: Model, features: np.ndarray, position: int) -> np.ndarr
         hidden, output = run(nodes)
         delta = first.slope(hidden) * (layers.w2[0].T @ (second.slope(output) * code[:, None]))
         found = (features - mean) * (layers.w1[0].T @ (delta @ weights)).numpy()
-        if abs(found.sum() - whole) <= COMPLETE or panels == _MOST_PANELS:
+        if abs(found.sum() - whole) <= COMPLETE or panels >= _MOST_PANELS:
             return found
         panels *= 4
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -55,6 +56,7 @@ class ClassifierDiagnoser:
             modes.append(mode)
             quantities += [name for name in part.names if name not in quantities]
         self.modes, self.quantities = tuple(modes), tuple(quantities)
+        self.origins: Mapping[str, str] = {name: _origin(model) for name, model in self._models.items()}
 
     @property
     def needs_radius(self) -> bool:
@@ -91,11 +93,13 @@ class ClassifierDiagnoser:
         model.conditions.check(taught, signal.source or "the turn")
         record = signal.values.astype(np.float32)
         told = diagnose_turn(model, record)
-        sizes = {
-            name: Size(*(float(told.assessment[f"{name}{end}"]) for end in ("", "_low", "_high")))
+        ends = {
+            name: [float(told.assessment[f"{name}{end}"]) for end in ("", "_low", "_high")]
             for name in self.quantities
             if name in told.assessment
         }
+        # what is like nothing that was taught has any size or none
+        sizes = {n: Size(value, 0.0 if told.is_novel else low, high) for n, (value, low, high) in ends.items()}
         spoke = sorted(told.bands, key=lambda band: -abs(band.contribution))[:_SHOWN_BANDS]
         return Finding(
             verdict=told.verdict,
@@ -111,6 +115,12 @@ class ClassifierDiagnoser:
                 "bands": [[band.low_hz, band.high_hz, band.contribution] for band in spoke],
             },
         )
+
+
+def _origin(model: Model) -> str:
+    """A checksum of the network and of what tells sizes by it."""
+    arrays = [model.parameters, model.mean_features, *(a for part in model.parts for a in part.arrays().values())]
+    return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
 def mode_of(model: Model) -> Mode:

@@ -52,10 +52,12 @@ class Finding:
 
 
 class Diagnoser(Protocol):
-    """Whoever says what a turn shows, in milliseconds.
+    """Whoever says what a turn shows, in milliseconds; a twin takes seconds for a turn with an alarm.
 
     Attributes
     ----------
+    origins : mapping of str to str
+        By mode, a checksum of what its findings follow from: findings of others are of no trend with these.
     modes : tuple of Mode
         The speeds that were taught.
     quantities : tuple of str
@@ -64,6 +66,7 @@ class Diagnoser(Protocol):
         Their units, where they are not those that the page has for the name.
     """
 
+    origins: Mapping[str, str]
     modes: tuple[Mode, ...]
     quantities: tuple[str, ...]
     units: Mapping[str, str]

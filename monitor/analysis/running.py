@@ -35,6 +35,11 @@ class Running:
         self._ran_s: float | None = body.get("ran_s")
         self._gaps: list[float] = list(body.get("gaps", ()))
 
+    @property
+    def ran_s(self) -> float:
+        """The running time at the newest turn [s]."""
+        return self._ran_s or 0.0
+
     def turn(self, time_s: float) -> float:
         """A turn was diagnosed at this time [s]; returns the running time then [s]."""
         if self._last_s is None or self._ran_s is None:

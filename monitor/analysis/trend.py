@@ -38,17 +38,21 @@ class Trend:
         self._recent: list[list[float]] = _rows(body.get("recent", []))
         self._points: list[list[float]] = _rows(_timed(body.get("points", [])))
         self._stride = int(body.get("stride", 1))
-        self._open: list[list[float]] = _rows(_timed(body.get("open", [])))
+        # the point that is not full yet: sums, and of how many turns; earlier versions kept these themselves
+        rows = _rows(_timed(body.get("open", [])))
+        self._open = np.sum(rows, axis=0).tolist() if rows else [0.0] * 5
+        self._count = int(body.get("count", len(rows)))
 
     def add(self, time_s: float, size: Size, ran_s: float | None = None) -> Size:
         """Take in a turn at `time_s` [s], when the machine had run for `ran_s` [s] (None: it never stood); returns the
         smoothed value with its interval."""
         self._recent = [*self._recent, [float(_round(part)) for part in size]][-self._window :]
         ran_s = time_s if ran_s is None else ran_s
-        self._open.append([float(time_s), *(float(_round(part)) for part in size), float(ran_s)])
-        if len(self._open) >= self._stride:
-            self._points.append([float(_round(part, 13)) for part in np.mean(self._open, axis=0)])
-            self._open = []
+        turn = (float(time_s), *(float(_round(part)) for part in size), float(ran_s))
+        self._open, self._count = [whole + part for whole, part in zip(self._open, turn, strict=True)], self._count + 1
+        if self._count >= self._stride:
+            self._points.append([float(_round(part / self._count, 13)) for part in self._open])
+            self._open, self._count = [0.0] * 5, 0
         if len(self._points) >= POINTS:
             pairs = np.array(self._points[: len(self._points) // 2 * 2]).reshape(-1, 2, 5).mean(axis=1)
             rest = self._points[len(pairs) * 2 :]
@@ -78,19 +82,20 @@ class Trend:
 
     @property
     def running(self) -> np.ndarray:
-        """The same points with the time for which the machine had run [s]."""
-        return self._all[:, [4, 1, 2, 3]]
+        """The full points alone, each the mean of `stride` turns, with the time for which the machine had run [s]."""
+        return np.array(self._points, dtype=float).reshape(-1, 5)[:, [4, 1, 2, 3]]
 
     @property
     def _all(self) -> np.ndarray:
         points: Sequence[list[float]] = self._points
-        if self._open:
-            points = [*points, np.mean(self._open, axis=0).tolist()]
+        if self._count:
+            points = [*points, [part / self._count for part in self._open]]
         return np.array(points, dtype=float).reshape(-1, 5)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, from which the constructor makes the same trend."""
-        return {"recent": self._recent, "points": self._points, "stride": self._stride, "open": self._open}
+        still_open = {"open": [self._open] if self._count else [], "count": self._count}
+        return {"recent": self._recent, "points": self._points, "stride": self._stride, **still_open}
 
 
 def _rows(stored: Iterable[Iterable[float | None]]) -> list[list[float]]:

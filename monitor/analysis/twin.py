@@ -7,6 +7,8 @@ from nothing on: the lower quantile of a law with so much of its weight at nothi
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 from collections.abc import Mapping, Sequence
 
@@ -77,6 +79,8 @@ class TwinDiagnoser:
         self._scales = {fault.name: scale_of(fault, self.twin) for fault in self.twin.faults}
         self.quantities = tuple(self._scales)
         self.units: Mapping[str, str] = {name: unit for name, (_, unit) in self._scales.items()}
+        origin = hashlib.sha256(json.dumps(twin.about, sort_keys=True, default=str).encode()).hexdigest()
+        self.origins: Mapping[str, str] = {mode.name: origin for mode in self.modes}
         for mode in self.modes:
             self._check(mode)
 

@@ -19,6 +19,16 @@ _REFUSALS = 3
 """Times that a message is refused before it is set aside."""
 
 
+_TROUBLE = 3
+"""Failures on end after which the page says that alarms are not delivered."""
+
+
+def _in_words(error: Exception) -> str:
+    """What an error says, without the address, which may hold a secret."""
+    code = getattr(error, "code", None)
+    return f"HTTP {code}" if isinstance(code, int) else type(error).__name__
+
+
 def forget_others(store: Store, channels: Sequence[str]) -> None:
     """What waits for a channel that is not configured is forgotten: it would be old news once it is switched on again.
     Not for monitors that share a store, since each may have channels of its own."""
@@ -48,7 +58,15 @@ class Sender:
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"sender {channel}", daemon=True)
         self.delivered = self.failures = 0
+        self._why = ""
         self._refusals: dict[int, int] = {}
+
+    @property
+    def trouble(self) -> str | None:
+        """Why alarms are not taken, as a sentence for the page; None: they are, or it is too early to tell."""
+        if self.failures < _TROUBLE:
+            return None
+        return f"alarms cannot be delivered by {self._channel} ({self._why}); they are kept and tried again"
 
     def start(self) -> None:
         """Begin."""
@@ -71,7 +89,7 @@ class Sender:
                     self._store.delivered([row])
                     self.delivered += told
             except Exception as error:
-                self.failures += 1
+                self.failures, self._why = self.failures + 1, _in_words(error)
                 wait = min(_LONGEST_WAIT_S, _LOOK_S * 2.0 ** min(self.failures, 10))
                 expected = isinstance(error, OSError | StoreDown)
                 _log.warning(

@@ -143,7 +143,8 @@ class Api:
         if found is None:
             return _no("this token is not known", 401)
         response = _json({"name": found[1].name, "operator": found[1].operator})
-        secure = request.url.scheme == "https"
+        # the monitor itself speaks HTTP; behind a proxy the browser tells by which way it came
+        secure = request.headers.get("origin", "").startswith("https://")
         response.set_cookie(COOKIE, found[0], httponly=True, samesite="strict", secure=secure)
         return response
 

@@ -44,7 +44,7 @@ _OPEN = ("/", "/health", "/api/sign-in")
 STATIC = files("monitor.web") / "static"
 
 
-def make_app(api: Api, metrics: Metrics, local: bool) -> Starlette:
+def make_app(api: Api, metrics: Metrics, local: bool, host: str | None = None) -> Starlette:
     """The application.
 
     Parameters
@@ -53,6 +53,8 @@ def make_app(api: Api, metrics: Metrics, local: bool) -> Starlette:
     metrics : Metrics
     local : bool
         Only this host is served: any other name in the Host header is refused, as a page elsewhere would send it.
+    host : str, optional
+        The address that is served, where it is not one of the usual names of this host.
     """
 
     @contextlib.asynccontextmanager
@@ -78,7 +80,8 @@ def make_app(api: Api, metrics: Metrics, local: bool) -> Starlette:
     async def down(_: Request, __: Exception) -> Response:
         return JSONResponse({"error": "the store cannot be reached; trying again"}, 503)
 
-    hosts = ["localhost", "127.0.0.1", "[::1]", "::1", "testserver"] if local else ["*"]
+    hosts = ["localhost", "127.0.0.1", "[::1]", "::1", "testserver", *([] if host is None else [host])]
+    hosts = hosts if local else ["*"]
     return Starlette(
         routes=[
             Route("/", index),

@@ -53,7 +53,7 @@ def running(tmp_path, access: Access | None = None, local: bool = True, **more):
     engine = Engine(store, diagnoser, PLAN, changed=hub.tell, **more)
     api = Api(store, engine, diagnoser, PLAN, hub, Gate(access or Access()))
     engine.start()
-    return Running(store, engine, make_app(api, Metrics(engine, store), local), hub, api, diagnoser)
+    return Running(store, engine, make_app(api, Metrics(engine, store), local, "127.0.0.2"), hub, api, diagnoser)
 
 
 @pytest.fixture

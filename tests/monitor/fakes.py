@@ -33,6 +33,7 @@ class FakeDiagnoser:
 
     def __init__(self, *modes: Mode) -> None:
         self.modes = modes or (FAST,)
+        self.origins: Mapping[str, str] = {mode.name: "one" for mode in self.modes}
 
     def flaw(self, mode: Mode, turn: StreamedTurn) -> tuple[str, str] | None:
         if turn.record is None:

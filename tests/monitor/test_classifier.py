@@ -14,14 +14,16 @@ from tests.monitor.fakes import FAST, RATE
 @pytest.mark.parametrize(("novel", "probability"), [(False, 0.9), (True, None)])
 def test_none_of_the_classes_has_no_probability(monkeypatch, novel, probability):
     """That of the model is of the class that would be named."""
+    sizes = {"crack": 0.3, "crack_low": 0.2, "crack_high": 0.4}
     told = SimpleNamespace(
         verdict="none of the classes it was taught" if novel else "crack", is_novel=novel, code="010", bands=(),
-        assessment={"probability": 0.9, "novelty": 3.0 if novel else 0.5}, class_name="crack", second_name="intact",
-        margin=0.5,
+        assessment={"probability": 0.9, "novelty": 3.0 if novel else 0.5, **sizes}, class_name="crack",
+        second_name="intact", margin=0.5,
     )  # fmt: skip
     monkeypatch.setattr("monitor.analysis.classifier.diagnose_turn", lambda *_: told)
     diagnoser = object.__new__(ClassifierDiagnoser)
-    diagnoser.modes, diagnoser.quantities = (FAST,), ()
+    diagnoser.modes, diagnoser.quantities = (FAST,), ("crack",)
     diagnoser._models = {FAST.name: SimpleNamespace(conditions=SimpleNamespace(check=lambda *_: None))}
     found = diagnoser.diagnose_turn(Signal(np.ones(100), RATE, unit="m/s^2"), RecordConditions())
     assert found.probability == probability and found.verdict == told.verdict
+    assert found.sizes == {"crack": (0.3, 0.0 if novel else 0.2, 0.4)}, "of what was never taught no size is sure"

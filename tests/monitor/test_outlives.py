@@ -32,6 +32,25 @@ def test_an_alarm_is_told_after_an_error_that_nobody_foresaw(monkeypatch, caplog
     assert "KeyError: 'machine'" in caplog.text
 
 
+def test_the_page_says_that_alarms_are_not_delivered_and_keeps_the_address_to_itself(monkeypatch):
+    monkeypatch.setattr("monitor.outputs.outbox._LOOK_S", 0.001)
+    store: Any = SimpleNamespace(outbox=lambda _: [(1, {})], delivered=lambda _: None)
+    broken, secret = [True], "https://plant.example/hook/secret"
+
+    def deliver(message):
+        if broken:
+            raise urllib.error.HTTPError(secret, 404, "Not Found", Message(), None)
+
+    sender = Sender(store, "webhook", deliver)
+    assert sender.trouble is None
+    sender.start()
+    wait_for(lambda: sender.trouble)
+    assert sender.trouble == "alarms cannot be delivered by webhook (HTTP 404); they are kept and tried again"
+    broken.clear()
+    wait_for(lambda: sender.trouble is None)
+    sender.stop()
+
+
 def test_an_alarm_that_is_refused_for_good_does_not_keep_back_the_others(monkeypatch, caplog):
     monkeypatch.setattr("monitor.outputs.outbox._LOOK_S", 0.001)
     left: list[tuple[int, dict]] = [(1, {"delivery": 7, "level": "odd"}), (1, {"delivery": 8, "level": "danger"})]

@@ -252,6 +252,52 @@ def test_a_change_stays_beside_a_fault_of_a_lower_level():
     assert events[-1].value == pytest.approx(0.0, abs=1.0)
 
 
+class Broken(FakeDiagnoser):
+    """A turn of a level above 3 meets a fault of the software."""
+
+    def diagnose_turn(self, signal, conditions):
+        finding = super().diagnose_turn(signal, conditions)
+        if finding.level > 3.0:
+            raise MemoryError("no more")
+        return finding
+
+
+def test_a_turn_that_nobody_foresaw_is_left_out_and_the_watch_goes_on(caplog):
+    pipeline = Pipeline("m", Broken(), PLAN)
+    feed(pipeline, 0, 800)
+    turns, _ = feed(pipeline, 800, 1600, level=5.0)
+    told = "not_comparable", "a turn that could not be diagnosed (MemoryError: no more)"
+    assert told in [turn.problem for turn in turns] and "could not be diagnosed" in caplog.text
+    turns, _ = feed(pipeline, 1600, 2400)
+    assert turns[-1].finding is not None
+
+
+def test_trends_of_another_model_are_not_gone_on_with(caplog):
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    feed(pipeline, 0, 800)
+    body = unpack(pack(pipeline.to_dict()))
+    same, other = FakeDiagnoser(), FakeDiagnoser()
+    other.origins = {FAST.name: "another"}
+    assert Pipeline("m", same, PLAN, body).watch.trends.keys() == {FAST.name} and not caplog.text
+    again = Pipeline("m", other, PLAN, body)
+    assert again.watch.trends == {} and again.summary()["last"]["sizes"] == {}
+    assert "another model or twin diagnoses at 60 rpm than before" in caplog.text
+    # a store of an earlier version says nothing of who diagnosed
+    del body["origins"]
+    assert Pipeline("m", other, PLAN, body).watch.trends.keys() == {FAST.name}
+
+
+def test_a_remaining_time_of_another_speed_runs_on():
+    pipeline = Pipeline("m", FakeDiagnoser(FAST, SLOW), PLAN)
+    pipeline.watch.last = {"modes": {FAST.name: {
+        "time_ns": START_NS, "ran_s": 0.0, "sizes": {"backlash_deg": [5.0, 4.0, 6.0]},
+        "remaining": {"backlash_deg": [3600.0, 1800.0, 7200.0]},
+    }}}  # fmt: skip
+    pipeline.watch.running.turn(0.0)
+    pipeline.watch.running.turn(3000.0)
+    assert pipeline.watch.shown()["remaining"]["backlash_deg"] == [600.0, 0.0, 4200.0]
+
+
 def test_an_alarm_of_what_is_watched_no_longer_ends_once_with_a_note(pipeline):
     feed(pipeline, 0, 800, level=5.0)
     fewer = replace(PLAN, limits={CHANGE: PLAN.limits[CHANGE]})
@@ -325,6 +371,8 @@ def test_what_an_earlier_version_kept_of_the_last_turn_is_shown(pipeline):
     last = pipeline.summary()["last"]
     former = {name: value for name, value in last.items() if name not in ("modes", "size_mode")}
     again = Pipeline("m", FakeDiagnoser(), PLAN, {**pipeline.to_dict(), "last": {**former, "problem": "it is dead"}})
+    for one in last["modes"].values():
+        del one["ran_s"]  # of which it knew nothing
     assert again.summary()["last"] == {**last, "problem": "it is dead"}
     assert Pipeline("m", FakeDiagnoser(), PLAN).summary()["last"] == {"sizes": {}, "remaining": {}, "size_mode": {}}
 

@@ -50,6 +50,28 @@ def test_an_interval_without_end_comes_back_from_the_store(kept):
     np.testing.assert_array_equal(again.history, trend.history)
 
 
+def test_what_is_stored_does_not_grow_with_time_and_the_unfinished_point_tells_no_time():
+    trend, told = Trend(5), []
+    for place in range(40_000):
+        trend.add(float(place), Size(place, place - 1.0, place + 1.0))
+        if place % 4000 == 1234:
+            told.append(len(pack(trend.to_dict())))
+            assert len(trend.running) == len(trend.history) - 1
+    assert max(told) < 1.1 * told[0] + 200 and len(trend.to_dict()["open"]) <= 1
+    assert (np.diff(np.diff(trend.running[:, 0])) == 0.0).all(), "points of equally many turns each"
+
+
+def test_a_point_that_an_earlier_version_left_open_is_gone_on_with():
+    trend = Trend(5)
+    for place in range(300):
+        trend.add(float(place), Size(1.0 + place, place, 2.0 + place))
+    body = trend.to_dict()
+    left = 300 - sum(trend.stride for _ in body["points"])
+    rows = [[float(p), 1.0 + p, float(p), 2.0 + p, float(p)] for p in range(300 - left, 300)]
+    before = {key: value for key, value in body.items() if key != "count"} | {"open": rows}
+    np.testing.assert_allclose(Trend(5, before).history, trend.history)
+
+
 def wear(ratio: float, noise: float, seed: int, seen: float, alike: float = ALIKE) -> tuple[np.ndarray, float]:
     """A history of a life of 1000 s from 0.5 to 12 up to the share `seen`, and the true rest [s]. A share `alike` of
     the errors' variance fades over a quarter of the limit (an Ornstein-Uhlenbeck process along the size)."""

@@ -192,6 +192,7 @@ def test_every_answer_carries_the_headers_of_a_careful_server(client):
 
 def test_another_name_for_this_host_is_refused(client):
     assert client.get("/api/fleet", headers={"host": "evil.example"}).status_code == 400
+    assert client.get("/api/fleet", headers={"host": "127.0.0.2:8321"}).status_code == 200, "the one that it serves"
 
 
 def test_another_site_may_not_act(client, monitor):
@@ -237,6 +238,9 @@ def test_a_sign_in_gives_a_cookie_that_scripts_cannot_read(guarded):
     cookie = answer.headers["set-cookie"].lower()
     assert "httponly" in cookie and "samesite=strict" in cookie and OPERATOR not in cookie
     assert guarded.get("/api/fleet").json()["person"]["operator"]
+    assert "secure" not in cookie
+    over_tls = guarded.post("/api/sign-in", json={"token": OPERATOR}, headers={"origin": "https://testserver"})
+    assert "secure" in over_tls.headers["set-cookie"].lower()
 
 
 def test_secrets_are_long_and_not_shown():

@@ -25,7 +25,7 @@ function told(machine, name) {
   const left = remaining(last.remaining?.[name]), sized = last.modes?.[mode]?.time_ns ?? last.time_ns;
   return h("ul.facts", {},
     h("li", {}, h("b", {}, interval(name, last.sizes?.[name])), Object.keys(last.modes ?? {}).length > 1 && mode ? ` ${T.at(mode)}` : "",
-      last.sizes?.[name] && last.problem ? ` ${T.sizedAt(time(sized))}` : "", alarm?.since_ns ? ` ${T.since(time(alarm.since_ns))}` : ""),
+      last.sizes?.[name] && (last.problem || (mode && mode !== last.mode)) ? ` ${T.sizedAt(time(sized))}` : "", alarm?.since_ns ? ` ${T.since(time(alarm.since_ns))}` : ""),
     level !== "danger" && !last.problem && (left ? h("li", {}, T.left(left)) : level !== "normal" && name !== "change" && h("li", {}, T.leftNone)),
     level !== "normal" && h("li", {}, QUANTITIES[name]?.todo[level]),
     alarm && !alarm.acknowledged && h("li.open", {}, T.unacked),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from classifier.diagnose import attribution
 from classifier.diagnose.attribution import COMPLETE, bands_of, contributions
 from classifier.train import train
 
@@ -77,3 +78,13 @@ def test_bands_hold_all_contributions_and_none_twice(result, dataset):
         (25.0, 2.0),
         (45.0, 3.0),
     ]
+
+
+def test_the_panels_have_an_end_where_the_contributions_stay_incomplete(model, dataset, monkeypatch):
+    """A record in another unit must not take all memory."""
+    panels = []
+    monkeypatch.setattr(
+        attribution, "_quadrature", lambda n, known=attribution._quadrature: panels.append(n) or known(n)
+    )
+    found = contributions(model, 1e9 * model.scaled(dataset.records[:1])[0], 0)
+    assert np.isfinite(found).all() and max(panels) <= 2048
