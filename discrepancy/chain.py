@@ -14,6 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from discrepancy.criteria import Criteria
+from discrepancy.estimates import astray
 from discrepancy.explain import Explanation, explain
 from discrepancy.gap import Gap, gap_of
 from discrepancy.locate import Where, locate
@@ -124,6 +125,7 @@ def run_chain(
     of_records = attempted(STAGES[1], lambda: subject.of_records(model, answer.accepted.place), ())
     if answer.noise_share < 1.0:
         of_records = (_QUIET.format(100.0 * answer.noise_share), *of_records)
+    of_records = (*of_records, *astray(answer.calibration))
     begin(STAGES[2])
     gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])

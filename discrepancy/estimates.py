@@ -32,6 +32,9 @@ _STEPS = 12
 _PART = 0.3
 """Share of a direction (of unit length) above which a parameter is named as part of it."""
 
+_ASTRAY = 4.0
+"""Standard deviations from what was stated of a parameter above which it, or a unit, is wrong."""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -196,6 +199,16 @@ def estimates_of(model: Model, place: Point) -> Estimates:
     rows = zip(problem.parameters, low, believed.z, high, strict=True)
     estimates, untold = tuple(_estimate(*row) for row in rows), tuple(believed.untold.tolist())
     return Estimates(problem.parameters, estimates, at_bound, untold, told.information, there, typical)
+
+
+def astray(calibration: Calibration) -> tuple[str, ...]:
+    """A sentence for each parameter that has left what was stated of it far behind."""
+    return tuple(
+        f"{e.name} is {e.value:.4g}{behind_number(e.unit)}, {abs(e.moved):.0f} standard deviations from the "
+        f"{e.nominal:.4g} stated: look for a wrong unit, factor or gain, or state how little is known of it."
+        for e in calibration.estimates
+        if e.moved is not None and abs(e.moved) > _ASTRAY
+    )
 
 
 def _estimate(parameter: Parameter, low: float, z: float, high: float) -> Estimate:

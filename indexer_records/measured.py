@@ -185,7 +185,7 @@ def read_recording(path: str | Path, reading: Reading, pulse_column: str | None 
                 f"{its[0]} samples at {its[1]:g} Hz in {its[2]} of {columns[0].name!r} and "
                 f"{mine[0]} at {mine[1]:g} Hz in {mine[2]} of {column.name!r}; read them as records of their own."
             )
-        _check_together(table, columns[0], column, time)
+        check_together(table, columns[0], column, time)
     marks = None if pulse is None else _pulse(table, pulse, columns[0], time)
     return Recording(tuple(signal for signal, _ in found), tuple(column.name for column in columns), marks, found[0][1])
 
@@ -262,11 +262,11 @@ def _pulse(table: MeasuredTable, pulse: Column, column: Column, time: Column | N
             f"{table.path}: the pulse {pulse.name!r} must be sampled together with {column.name!r}, got {pulse.size} "
             f"and {column.size} samples; record both at one rate."
         )
-    _check_together(table, column, pulse, time)
+    check_together(table, column, pulse, time)
     return pulse.numbers()
 
 
-def _check_together(table: MeasuredTable, column: Column, other: Column, time: Column | None) -> None:
+def check_together(table: MeasuredTable, column: Column, other: Column, time: Column | None) -> None:
     """Refuse a channel whose samples were not taken at the times of the first one's, as far as the file tells; `time`
     is the column of time that is named."""
     first = time or time_beside(table, column)

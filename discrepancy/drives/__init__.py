@@ -2,6 +2,7 @@
 
 In reading order:
     user_code    Python of the user's, and what it raises
+    stated_effects  effects that such a file states, asks for or brings
     description  what a user's file says: `force` or `rates`, parameters, channels, effects
     channel_checks  what the channels of a record must agree in
     channels     measured files -> channels of a record by their roles

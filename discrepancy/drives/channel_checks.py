@@ -30,7 +30,11 @@ _LEAST_PERIODS = 10.0
 """Least periods of that cut-off in a record."""
 
 _WHOLE = 0.9
-"""Least share of a position's range that it loses in a single step where its counter begins anew."""
+"""Least share of a position's range that it loses in a single step where its counter begins anew, and of its samples
+that are none of a mark's."""
+
+_MARKED = 10.0
+"""Range with a mark over that without it."""
 
 _APART = 10.0
 """Least size of such a step over the median step."""
@@ -85,6 +89,18 @@ def check_units(drive: Drive, path: Path, units: Mapping[str, str]) -> None:
                 known = (known[_MOTION[first].index(units[there[first]])],)
             if units[role] not in known:
                 raise refuse(str(path), role, f"in {' or '.join(known)}", units[role], remedy.format(role, known[0]))
+
+
+def check_markers(path: Path, rows: Mapping[str, np.ndarray], units: Mapping[str, str]) -> None:
+    """Refuse a channel that holds one value some times, many times its other range away: a logger's mark of samples that
+    it has not, as -9999."""
+    for role, row in rows.items():
+        for end in (float(row.min()), float(row.max())):
+            others = row[row != end]
+            if len(others) >= _WHOLE * len(row) and float(np.ptp(row)) > _MARKED * float(np.ptp(others)) > 0.0:
+                count = len(row) - len(others)
+                rule, got = "without marks of missing samples", f"{end:.6g} {units[role]} in {count} of {len(row)}"
+                raise refuse(str(path), role, rule, got, "leave these times out of the file, or mend them")
 
 
 def check_motion(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.channel_checks import check_motion, check_units, usual_unit
+from discrepancy.drives.channel_checks import check_markers, check_motion, check_units, usual_unit
 from discrepancy.drives.description import LOAD, Channel, Drive
 from discrepancy.drives.units import in_si
 from discrepancy.records.conditions import FLAGS, TABLES, table_beside, written
@@ -23,6 +24,7 @@ from indexer_env.errors import SignalError, refuse
 from indexer_records.file_table import FILE, table_rows
 from indexer_records.formats import read_table
 from indexer_records.formats.table import Column, MeasuredTable, split_title
+from indexer_records.measured import check_together
 from indexer_records.time_grid import TIME_UNITS, even_rate
 
 LEAST_SAMPLES = 200
@@ -80,11 +82,18 @@ def read_drive_records(
     if not paths:
         raise refuse("discrepancy", "measured", "one measured file or more", str(measured), "only the table is there")
     rows = {} if table is None else _rows(table, drive, root, {path.resolve() for path in paths})
-    records = []
+    records: list[Record] = []
+    seen: dict[bytes, str] = {}
     for path in paths:
         name = path.relative_to(root).as_posix()
         told = {**{k: v for k, v in known.items() if v is not None}, **rows.get(path.resolve(), {})}
-        records.append(_record(drive, path, name, told))
+        record = _record(drive, path, name, told)
+        samples = hashlib.sha256(b"".join(row.tobytes() for row in record.rows.values())).digest()
+        if (first := seen.setdefault(samples, name)) != name:
+            raise SignalError(
+                f"{path} must differ from the other files, got the same samples as {first}; remove the copy."
+            )
+        records.append(record)
     return _kept(records, held_out)
 
 
@@ -138,10 +147,16 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
     if len(lengths) > 1:
         raise SignalError(f"{path}: all channels must be sampled together, got {sorted(lengths)} samples.")
     first = next(iter(rows))
+    for other in [columns[role] for role in rows if role != first]:
+        if None not in (other.rate, columns[first].rate) and other.rate != columns[first].rate:
+            got = f"{columns[first].rate:g} and {other.rate:g} Hz of {columns[first].name!r} and {other.name!r}"
+            raise SignalError(f"{path}: all channels must be sampled together, got {got}; record both at one rate.")
+        check_together(table, columns[first], other, time)
     rate = _rate(table, time, columns[first], rows[first], told.get("sample_rate"))
     size = lengths.pop()
     if size < LEAST_SAMPLES:
         raise SignalError(f"{path} must have at least {LEAST_SAMPLES} samples, got {size}; record longer.")
+    check_markers(path, rows, units)
     offsets = check_motion(drive, path, rows, units, rate)
     rows |= {role: rows[role] - offset for role, offset in offsets.items()}
     noise = told.get("noise")

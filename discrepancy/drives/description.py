@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import fnmatch
 import functools
 import inspect
 import keyword
 import math
+import re
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from discrepancy.drives.effects import EFFECTS, DriveEffect
+from discrepancy.drives.effects import DriveEffect
+from discrepancy.drives.stated_effects import effects_of, effects_stated
 from discrepancy.drives.user_code import executed
 from discrepancy.model import Parameter
 from indexer_env.checks import check_number, did_you_mean
@@ -30,6 +31,12 @@ _KEYS = (
     "name", "parameters", "channels", "effects", "own_effects", "cutoff", "noise", "held_out", "joints", "states",
     "windows", "known", "sessions", "held", "force", "rates",
 )  # fmt: skip
+
+_FOREIGN = frozenset((
+    "mm", "cm", "km", "um", "µm", "nm", "deg", "°", "rev", "rpm", "min", "h", "ms", "us", "kN", "MN", "mN", "kW", "kV",
+    "mA", "mV", "lbf", "in", "ft", "arcmin", "arcsec",
+))  # fmt: skip
+"""Parts of a unit that no channel is in."""
 
 _OTHERS = {"force": ("states", "joints", "windows"), "rates": ("cutoff",)}
 """Names that belong to the other form."""
@@ -156,8 +163,8 @@ def load_drive(path: Path) -> Drive:
     known = effects_stated(name, "known", found.get("known", {}))
     return Drive(
         path, str(found.get("name", path.stem)), found[form], _parameters(name, found.get("parameters")),
-        _channels(name, form, found.get("channels"), states), _effects(name, found, known), found.get("cutoff"),
-        found.get("noise"), float(share), states, joints, found.get("windows"),
+        _channels(name, form, found.get("channels"), states), effects_of(name, found, known, _texts),
+        found.get("cutoff"), found.get("noise"), float(share), states, joints, found.get("windows"),
         known, _sessions(name, found.get("sessions", False)),
         _texts(name, "held", "a tuple of names of channels, ('force',)", found.get("held", ())),
     )  # fmt: skip
@@ -193,6 +200,11 @@ def _parameters(name: str, given: Any) -> tuple[Parameter, ...]:
         if not isinstance(row, list | tuple) or len(row) != 3:
             raise refuse(name, f"parameters[{key!r}]", "(value, unit, uncertainty)", row)
         value, unit, uncertainty = row
+        if foreign := sorted(_FOREIGN.intersection(re.findall(r"[a-zµ°]+", str(unit), re.IGNORECASE))):
+            remedy = f"channels are in SI units here, and so are parameters: state its value without {foreign[0]}"
+            raise refuse(
+                name, f"parameters[{key!r}] (unit)", "in m, rad, s, kg, N and what is made of them", unit, remedy
+            )
         check_number(name, f"{key} (value)", value, unit=str(unit))
         check_number(name, f"{key} (uncertainty)", uncertainty, low=0.0, low_open=True, unit=str(unit))
         found.append(known_parameter(str(key), str(unit), float(value), float(uncertainty)))
@@ -271,30 +283,3 @@ def _texts(name: str, key: str, rule: str, given: Any) -> tuple[str, ...]:
     if not isinstance(given, list | tuple) or not all(isinstance(one, str) for one in given):
         raise refuse(name, key, rule, given)
     return tuple(given)
-
-
-def effects_stated(owner: str, key: str, given: Any) -> Mapping[str, Mapping[str, float]]:
-    """Effects with their parameters' values as a file states them; anything else is refused."""
-    named = isinstance(given, Mapping) and all(isinstance(name, str) for name in given)
-    if not named or not all(isinstance(values, Mapping) for values in given.values()):
-        rule = "a mapping of effects to their parameters, {'friction.coulomb': {'force': 4.0}}"
-        raise refuse(owner, key, rule, given)
-    return given
-
-
-def _effects(name: str, found: Mapping[str, Any], known: Mapping[str, Any]) -> tuple[DriveEffect, ...]:
-    """Effects that may be missing, and those known: these are not looked for."""
-    own = found.get("own_effects", ())
-    if not isinstance(own, list | tuple) or not all(isinstance(one, DriveEffect) for one in own):
-        raise refuse(name, "own_effects", "a tuple of discrepancy.drives.DriveEffect", own)
-    rule = "a tuple of names or patterns, ('friction.*', 'delay')"
-    patterns = _texts(name, "effects", rule, found.get("effects", ("*",)))
-    for pattern in patterns:
-        if not fnmatch.filter(EFFECTS, pattern):
-            hint = did_you_mean(pattern, EFFECTS) or f"they are {', '.join(EFFECTS)}"
-            raise refuse(name, "effects", "names or patterns of standard effects", pattern, hint)
-    for one in own:
-        if one.name in EFFECTS:
-            raise refuse(name, "own_effects", "effects with names of their own", one.name)
-    standard = [e for key, e in EFFECTS.items() if any(fnmatch.fnmatch(key, one) for one in (*patterns, *known))]
-    return (*standard, *own)

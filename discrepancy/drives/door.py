@@ -34,6 +34,9 @@ _KNOWN = ("noise", "sample_rate")
 _LEAST = 20
 """Samples of a window."""
 
+_AGAINST = -0.5
+"""Correlation of a record's force with the equation's below which its sign seems to be the other one."""
+
 
 def drive_subject(config: Mapping[str, Any]) -> Subject:
     """The subject of a composed conf/explain.yaml with system=FILE.py.
@@ -95,6 +98,14 @@ def _check_moves(tracks: Sequence[Track], windows: Windows, what: str) -> None:
         )
 
 
+def _likeness(model: InverseModel, track: Track) -> float:
+    """Correlation of a record's force with that of the equation at nominal parameters."""
+    asked = model.base(track, tuple(p.nominal for p in model.drive.parameters))(track.q, track.v, track.a)
+    rows = [row[track.at] - row[track.at].mean() for row in (asked, track.force)]
+    size = float(np.prod([np.linalg.norm(row) for row in rows]))
+    return float(rows[0] @ rows[1]) / size if size > 0.0 else 0.0
+
+
 def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: bool) -> tuple[str, ...]:
     track = tracks[0]
     notes = [
@@ -107,6 +118,11 @@ def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: b
             "subtract a parameter for it in the equation."
         )
     notes += said_of_places(model.drive, ["q"], len(tracks))
+    if against := [t.name for t in tracks if _likeness(model, t) < _AGAINST]:
+        notes.append(
+            f"The force of {joined(against)} runs against what the equation asks at nominal parameters: if its sign is "
+            "the other one, give its channel the factor -1."
+        )
     if parts:
         notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
         ends = {k: round((1.0 - model.drive.held_out) * len(t.measured)) for k, t in enumerate(tracks)}

@@ -30,7 +30,7 @@ from discrepancy.drives.library import values_of
 from discrepancy.drives.scales import Scales
 from discrepancy.drives.sessions import slots_of, zeroed
 from discrepancy.drives.track import Track
-from discrepancy.drives.user_code import checked_row, said_by_user
+from discrepancy.drives.user_code import law_row, said_by_user, unwritable
 from discrepancy.drives.windows import Windows
 from discrepancy.jobs import Jobs
 from discrepancy.model import Hypothesis
@@ -108,7 +108,9 @@ class InverseModel(DriveModel):
 
         def force(q: np.ndarray, v: np.ndarray, a: np.ndarray, u: Any = track.u) -> np.ndarray:
             try:
-                given = self.drive.function(*map(_kept, (q, v, a)), u, track.t, p)
+                given = self.drive.function(*map(unwritable, (q, v, a)), unwritable(u), unwritable(track.t), p)
+                if given is None:
+                    raise ParameterError(f"{name} must give one number a sample, got None; end it with return.")
                 if np.iscomplexobj(given):
                     raise ParameterError(f"{name} must give real numbers, got complex ones.")
                 row = np.asarray(given, dtype=float)
@@ -172,11 +174,12 @@ class InverseModel(DriveModel):
 
     def _law(self, track: Track, effect: DriveEffect, p: Any, own: tuple) -> np.ndarray:
         base = self.base(track, own)
+        law = functools.partial(law_row, self.drive.path, effect.name, effect.law, track, p, base)
         if effect.acts != "dry":
-            return checked_row(effect.name, effect.law(track, p, base), track.v)
+            return law()
         ones = np.ones_like(track.v)
-        moving = checked_row(effect.name, effect.law(track, p, base, np.sign(track.v)), track.v) * track.direction
-        up, down = (checked_row(effect.name, effect.law(track, p, base, s * ones), track.v) for s in (1.0, -1.0))
+        moving = law(np.sign(track.v)) * track.direction
+        up, down = (law(s * ones) for s in (1.0, -1.0))
         return np.stack([moving, np.where(track.rest, up, 0.0), np.where(track.rest, -down, 0.0)])
 
     def compared(self, group: int, hypothesis: Hypothesis, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -197,7 +200,7 @@ class InverseModel(DriveModel):
             if effect.acts == "dry":
                 rest = rest + term[1:]
         for effect, p in readings:
-            total = checked_row(effect.name, effect.law(track, p, self.base(track, own), total), track.v)
+            total = law_row(self.drive.path, effect.name, effect.law, track, p, self.base(track, own), total)
         if self._offset is not None:
             total = total + values[len(self.slots.every) - 1]
         return track.thinned(total), track.thinned(rest) if rest.any() else np.zeros((2, 1))
@@ -283,10 +286,3 @@ def _falling_noise(track: Track) -> float:
     if smoothing.passed_noise(found, both) < math.sqrt(_FALLS) * track.noise:
         return 0.0
     return smoothing.falling_noise(found, middle, both, float(track.t[-1] - track.t[0]))
-
-
-def _kept(row: np.ndarray) -> np.ndarray:
-    """A row that a user's function cannot write to."""
-    view = row.view()
-    view.flags.writeable = False
-    return view

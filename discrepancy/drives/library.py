@@ -32,7 +32,8 @@ def hypotheses_of(
         if not size.starts:
             if not proposed:
                 return ()
-            nominal = proposed[0][place] / scales.of(size.dimension) if size.null is None else size.null
+            found = proposed[0][place] / scales.of(size.dimension)
+            nominal = min(max(found, size.low), size.high) if size.null is None else size.null
             size = dataclasses.replace(size, starts=(nominal,))
         own.append(size.parameter(effect.name, scales))
     laid = product(*([s * scales.of(size.dimension) for s in size.starts] for size in effect.sizes))

@@ -6,10 +6,11 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from discrepancy.drives.description import LOAD, Drive, effects_stated, known_parameter
+from discrepancy.drives.description import LOAD, Drive, known_parameter
 from discrepancy.drives.effects import EFFECTS, TABLES, DriveEffect, Size
 from discrepancy.drives.effects.tabulated import ends_of
 from discrepancy.drives.sessions import Slots, stated
+from discrepancy.drives.stated_effects import effects_stated
 from discrepancy.model import Hypothesis, Parameter
 from discrepancy.place import Point
 from indexer_env.checks import check_choice, check_number

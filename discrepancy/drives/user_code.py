@@ -56,7 +56,23 @@ def said_by_user(path: Path, function: Callable[..., Any], error: BaseException)
     name = f"{path.name}: {function.__name__}"
     lacking = error.name if isinstance(error, AttributeError) else None
     remedy = f"; name {lacking!r} in channels or in parameters" if lacking else ""
-    return ParameterError(f"{name} must take arrays and give numbers, got {_said(error, path)}{remedy}.")
+    if lacking and isinstance(getattr(error, "obj", None), np.ndarray):
+        remedy = "; of one input u is the array itself, as q, v, a and t are"
+    taken = "numbers" if function.__name__ == "rates" else "arrays"
+    return ParameterError(f"{name} must take {taken} and give numbers, got {_said(error, path)}{remedy}.")
+
+
+def law_row(path: Path, name: str, law: Callable[..., Any], track: Any, *given: Any) -> np.ndarray:
+    """What the law of an effect gives over a track, one number for each sample; what a user's own raises is one
+    sentence."""
+    try:
+        row = law(track, *given)
+    except ParameterError:
+        raise
+    except (Exception, SystemExit) as error:
+        rule = "must take arrays and give numbers"
+        raise ParameterError(f"{path.name}: the law of the effect {name} {rule}, got {_said(error, path)}.") from None
+    return checked_row(name, row, track.v)
 
 
 def checked_row(name: str, given: Any, like: np.ndarray) -> np.ndarray:
@@ -66,3 +82,14 @@ def checked_row(name: str, given: Any, like: np.ndarray) -> np.ndarray:
         rule = f"one finite number a sample, {like.shape}"
         raise ParameterError(f"the law of the effect {name} must give {rule}, got {row.shape or row}.")
     return np.broadcast_to(row, like.shape)
+
+
+def unwritable(given: Any) -> Any:
+    """A row, or a named tuple of rows, that a user's function cannot write to."""
+    if isinstance(given, tuple):
+        return type(given)(*map(unwritable, given))
+    if not isinstance(given, np.ndarray):
+        return given
+    view = given.view()
+    view.flags.writeable = False
+    return view

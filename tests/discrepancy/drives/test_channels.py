@@ -20,7 +20,7 @@ BOTH = PENDULUM.replace('"q": "q"', '"q": "q", "v": "v"')
 
 
 def _file(folder: Path, header: str = "t [s],q [m],f [N]", step: float = 0.01, name: str = "a.csv") -> Path:
-    t, q, v, a = motion(seconds=4.0, rate=100.0)
+    t, q, v, a = motion(seconds=4.0, rate=100.0, shift=0.0 if name == "a.csv" else 0.7)
     columns = {"t": step / 0.01 * t, "q": q, "v": v, "a": a, "f": 95.0 * a, "u": a}
     named = [columns[title.partition(" ")[0]] for title in header.split(",")]
     folder.mkdir(parents=True, exist_ok=True)
@@ -67,6 +67,39 @@ def test_a_table_beside_files_in_a_subfolder_is_read(above: bool, tmp_path: Path
     table.write_text(f"file,held_out\n{'day/' if above else ''}b.csv,yes\n")
     found = _read(drive(tmp_path), folder)
     assert [(record.name, record.held_out) for record in found] == [("day/a.csv", False), ("day/b.csv", True)]
+
+
+def test_a_copy_of_a_file_is_refused(tmp_path: Path) -> None:
+    """Held out it would confirm whatever was fitted."""
+    folder = _file(tmp_path / "runs")
+    (folder / "b.csv").write_text((folder / "a.csv").read_text())
+    with pytest.raises(IndexerError, match=r"b\.csv must differ .*, got the same samples as a\.csv; remove the copy"):
+        _read(drive(tmp_path), folder)
+
+
+@pytest.mark.parametrize(("mark", "refused"), [(-9999.0, True), (20.0, False)])
+def test_marks_of_missing_samples_are_refused(mark: float, refused: bool, tmp_path: Path) -> None:
+    _, q, _, a = motion(seconds=4.0, rate=100.0)
+    force = 95.0 * a
+    force[[20, 21, 300]] = mark
+    folder = _written(tmp_path / "runs", 100.0, **{"q [m]": q, "f [N]": force})
+    if not refused:
+        assert _read(drive(tmp_path), folder)
+        return
+    with pytest.raises(IndexerError, match="force must be without marks of missing samples, got '-9999 N in 3 of 400'"):
+        _read(drive(tmp_path), folder)
+
+
+def test_channels_of_different_rates_are_refused(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    _, q, _, a = motion(seconds=4.0, rate=1000.0)
+    (tmp_path / "runs").mkdir()
+    with h5py.File(tmp_path / "runs" / "a.h5", "w") as file:
+        for name, row, rate in (("q", q, 1000.0), ("f", 95.0 * a, 500.0)):
+            file[name] = row
+            file[name].attrs.update(sampling_rate=rate, unit="m" if name == "q" else "N")
+    with pytest.raises(IndexerError, match=r"must be sampled together, got 1000 and 500 Hz of 'q' and 'f'"):
+        _read(drive(tmp_path, FILE.replace('"time": "t", ', "")), tmp_path / "runs")
 
 
 def test_a_table_that_a_drive_does_not_read_is_refused(tmp_path: Path) -> None:

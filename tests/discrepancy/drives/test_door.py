@@ -9,6 +9,7 @@ from discrepancy import __main__ as command
 from discrepancy.drives.channels import read_drive_records
 from discrepancy.drives.description import load_drive
 from discrepancy.drives.door import subject_of
+from discrepancy.estimates import Calibration, Estimate, astray
 from discrepancy.fit import fit
 from indexer_cli.command import BAD_INPUT
 from indexer_env.errors import IndexerError
@@ -131,7 +132,8 @@ def test_a_second_row_for_a_file_is_refused(tmp_path: Path) -> None:
 
 def test_units_and_the_table_beside_the_files_are_read(tmp_path: Path) -> None:
     folder = _csv(tmp_path / "runs", header="t [ms],q [mm],f [kN]")
-    (folder / "b.csv").write_text((folder / "a.csv").read_text())
+    title, _, *others = (folder / "a.csv").read_text().splitlines()
+    (folder / "b.csv").write_text("\n".join([title, *others]) + "\n")
     (folder / "records.csv").write_text("file,motion,held_out,noise\na.csv,slow,no,2\nb.csv,fast,yes,\n")
     with pytest.raises(IndexerError, match="files or motions among a.csv, slow, b.csv, fast".replace(".", r"\.")):
         read_drive_records(drive(tmp_path), str(folder), None, {}, ["quick"])
@@ -266,3 +268,84 @@ def test_emps_takes_ten_lines(tmp_path: Path) -> None:
     assert got["friction.viscous.coefficient"] == pytest.approx(203.5, rel=0.015)
     assert got["friction.coulomb.force"] == pytest.approx(20.4, rel=0.015)
     assert got["offset.force"] == pytest.approx(-3.2, abs=0.25)
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        (
+            '"k": (5.0, "N/mm", 0.5)',
+            r"parameters\['k'\] \(unit\) must be in m, rad, s, kg, N .*, got 'N/mm'; .* without mm",
+        ),
+        ('"n": (3.0, "rev/min", 1.0)', "got 'rev/min'"),
+    ],
+)
+def test_a_parameter_in_another_unit_than_the_channels_is_refused(row: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(IndexerError, match=said):
+        drive(tmp_path, FILE.replace('"mass": (90.0, "kg", 15.0)', f'"mass": (90.0, "kg", 15.0), {row}'))
+
+
+def test_a_function_that_writes_to_its_inputs_or_returns_nothing_is_told(tmp_path: Path) -> None:
+    one = record(lambda t, q, v, a: 95.0 * a)
+    for body, said in (
+        ("    t += 1.0\n    return p.mass * a", "read-only"),
+        ("    p.mass * a", "must give one number a sample, got None; end it with return"),
+    ):
+        with pytest.raises(IndexerError, match=said):
+            start_of(subject_of(drive(tmp_path, FILE.replace("    return p.mass * a", body)), [one]))
+
+
+OWN = """
+from discrepancy.drives import DriveEffect, Size
+own_effects = (DriveEffect("grease", "Grease drags.", "F += c v", "ours", ({size},), {law}{more}),)
+"""
+SIZE = 'Size("drag", "c", "F V-1", (0.1, 0.3), 0.0, 5.0, 0.0)'
+
+
+@pytest.mark.parametrize(
+    ("size", "law", "more", "said"),
+    [
+        (
+            SIZE,
+            "lambda m, p, base: p.drag * m.v",
+            ', acts="Dry"',
+            r"acts must be one of force, dry, reading, got 'Dry'; .*dry",
+        ),
+        (
+            SIZE.replace("F V-1", "N"),
+            "lambda m, p, base: m.v",
+            "",
+            "a product of scales such as 'F V-1', or '', got 'N'",
+        ),
+        (
+            SIZE.replace("(0.1, 0.3)", "0.1"),
+            "lambda m, p, base: m.v",
+            "",
+            r"a tuple of numbers, \(0\.1, 0\.3\), got 0\.1",
+        ),
+        (SIZE.replace("(0.1, 0.3)", "(0.0,)"), "lambda m, p, base: m.v", "", "one or more that are not nothing"),
+    ],
+)
+def test_an_effect_of_ones_own_that_no_fit_could_use_is_refused(size, law, more, said, tmp_path: Path) -> None:
+    with pytest.raises(IndexerError, match=said):
+        drive(tmp_path, FILE + OWN.format(size=size, law=law, more=more))
+
+
+def test_what_the_law_of_an_own_effect_raises_is_one_sentence(tmp_path: Path) -> None:
+    one = drive(tmp_path, FILE + OWN.format(size=SIZE, law="lambda m, p, base: p.drag * m.speed", more=""))
+    with pytest.raises(IndexerError, match=r"my_drive\.py: the law of the effect grease must take arrays .*'speed'"):
+        subject_of(one, [record(lambda t, q, v, a: 95.0 * a)]).model.hypotheses()
+
+
+def test_a_parameter_that_left_what_was_stated_of_it_is_told() -> None:
+    """A force in kN that a header calls N: a mass of 0.095 kg for 90, and everything fits."""
+    lost = Estimate("mass", "kg", 0.095, 0.094, 0.096, 90.0, -41.2)
+    near = Estimate("drag", "N", 1.0, 0.5, 1.5, 2.0, -3.0)
+    (said,) = astray(Calibration((lost, near), (), ()))
+    assert said.startswith("mass is 0.095 kg, 41 standard deviations from the 90 stated: look for a wrong unit")
+
+
+def test_a_force_of_the_other_sign_is_told(tmp_path: Path) -> None:
+    for sign in (1.0, -1.0):
+        made = subject_of(drive(tmp_path), [record(lambda t, q, v, a, sign=sign: sign * 95.0 * a)])
+        assert any("give its channel the factor -1" in note for note in made.notes) == (sign < 0.0)
