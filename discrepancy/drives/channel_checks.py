@@ -92,8 +92,8 @@ def check_units(drive: Drive, path: Path, units: Mapping[str, str]) -> None:
 
 
 def check_markers(path: Path, rows: Mapping[str, np.ndarray], units: Mapping[str, str]) -> None:
-    """Refuse a channel that holds one value some times, many times its other range away: a logger's mark of samples that
-    it has not, as -9999."""
+    """Refuse a channel that holds one value some times, many times its other range away: a logger's mark of samples
+    that it has not, as -9999."""
     for role, row in rows.items():
         for end in (float(row.min()), float(row.max())):
             others = row[row != end]
