@@ -9,6 +9,7 @@ In reading order:
     units        units as files write them
     smoothing    differentiation, low-pass and noise: one choice for all channels
     scales       what a drive's records are measured by
+    band         the band in which all records are compared
     track        a record as the equations see it
     effects/     the standard effects of drives
     library      effects as hypotheses, sized by the record itself

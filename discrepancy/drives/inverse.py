@@ -276,7 +276,7 @@ def _falling_noise(track: Track) -> float:
     """Standard deviation of the force's noise in the comparison [F] where it falls with frequency, as behind a filter;
     0 where it is as white as was read off the top of its spectrum or stated."""
     rate, both = 1.0 / track.step, 1.0 / math.hypot(1.0 / track.wide, 1.0 / track.cutoff)
-    if 2.0 * track.wide > _UNFILTERED * rate:
+    if track.stated or 2.0 * track.wide > _UNFILTERED * rate:
         return 0.0
     low = track.wide
     found = smoothing.quiet_density(track.force, rate, low)

@@ -130,16 +130,29 @@ def _floor(power: np.ndarray) -> float:
 def holding(row: np.ndarray, rate: float, share: float, order: int = 0) -> float:
     """Lowest frequency [Hz] below which a row, or its rate (order 1), has this share of its variance, the row's white
     noise left out."""
+    frequency, held, _ = _held(row, rate, order)
+    total = float(held.max())
+    return float(frequency[int(np.argmax(held >= share * total))]) if total > 0.0 else 0.0
+
+
+def _held(row: np.ndarray, rate: float, order: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Frequencies [Hz], the power of a row or of its differences (order 1) up to each of them, its white noise left
+    out, and what to divide a power by for a mean square."""
     level = np.gradient(row) if order else row
-    level = level - level.mean()
-    power = np.abs(np.fft.rfft(level * np.hanning(len(row)))) ** 2
+    level, taper = level - level.mean(), np.hanning(len(row))
+    power = np.abs(np.fft.rfft(level * taper)) ** 2
     frequency = np.fft.rfftfreq(len(row), 1.0 / rate)
     # what central differences make of white noise
     gain = np.sin(2.0 * math.pi * frequency / rate) ** 2 if order else np.ones_like(frequency)
     upper = (frequency >= _TOP * 0.5 * rate) & (gain > 0.1)
     held = np.cumsum(power - _floor(power[upper] / gain[upper]) * gain)
-    total = float(held.max())
-    return float(frequency[int(np.argmax(held >= share * total))]) if total > 0.0 else 0.0
+    return frequency, held, 0.5 * len(row) * float((taper**2).sum())
+
+
+def strength(row: np.ndarray, rate: float, order: int = 0) -> float:
+    """Standard deviation of a row, or of its rate (order 1), the row's white noise left out [unit, unit/s]."""
+    _, held, size = _held(row, rate, order)
+    return rate**order * math.sqrt(max(float(held.max()), 0.0) / size)
 
 
 def quiet(row: np.ndarray, rate: float, cutoff: float, order: int) -> float:

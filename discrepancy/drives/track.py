@@ -13,30 +13,12 @@ from typing import Any
 import numpy as np
 
 from discrepancy.drives import smoothing
+from discrepancy.drives.band import PER_CUTOFF, WIDER, cutoff_of
 from discrepancy.drives.channels import Record
 from discrepancy.drives.description import LOAD, Drive
 from discrepancy.drives.readings import acting
 from discrepancy.drives.scales import Scales, scales_of
 from indexer_env.errors import SignalError, refuse
-
-_HELD = 0.999
-"""Share of the force's variance that the comparison must keep."""
-
-_MOVING = 0.99
-"""Share of the speed's variance that it must keep whatever the noise of the acceleration is."""
-
-_HARMONICS = 5.0
-"""Cut-off over the band of that share: what friction and contacts do stands at multiples of a motion's frequency."""
-
-_LEAST_COMPARED = 240
-"""Samples of each record that are compared, at least, where its rate allows: twelve windows of twenty."""
-
-_WIDER = 2.0
-"""Cut-off of the motion's kernel over that of the comparison: what a kink of the equations loses to the motion's
-kernel lies within the comparison's."""
-
-_PER_CUTOFF = 5.0
-"""Samples kept per period of the comparison's cut-off, where it is down by 3 dB; at half that rate by 19 dB."""
 
 _INNER = 16.0
 """Samples per period of the comparison's cut-off at which the equations are evaluated."""
@@ -86,6 +68,8 @@ class Track:
         The same of the inputs by their names, the load's position, speed and acceleration among them.
     still : float
         Speed below which it stands.
+    stated : bool
+        Whether the force's noise was stated.
     middle, stroke : float
         Middle and half of the stroke of all records.
     """
@@ -105,6 +89,7 @@ class Track:
     motion_noise: tuple[float, float, float]
     input_noise: Mapping[str, float]
     still: float
+    stated: bool = False
     middle: float = 0.0
     stroke: float = 1.0
 
@@ -136,7 +121,7 @@ class Track:
         from scipy.ndimage import binary_dilation, binary_opening
 
         slow = np.abs(self.v) < self.still
-        reach = math.ceil(_SMEARED * smoothing.deviation(_WIDER * self.cutoff) / self.step)
+        reach = math.ceil(_SMEARED * smoothing.deviation(WIDER * self.cutoff) / self.step)
         return slow | binary_dilation(binary_opening(slow, np.ones(_STANDING)), iterations=reach)
 
     @functools.cached_property
@@ -158,6 +143,10 @@ class Track:
     def measured(self) -> np.ndarray:
         """The force as it is compared (m,)."""
         return self.thinned(self.force)
+
+    def passes(self, rate: np.ndarray | float) -> np.ndarray | float:
+        """What the motion's kernel, through which the force was measured, leaves of a wave of this rate [rad/s]."""
+        return np.exp(-0.5 * (rate * smoothing.deviation(self.wide)) ** 2)
 
     @property
     def colour(self) -> float:
@@ -186,7 +175,7 @@ def tracks_of(drive: Drive, records: Sequence[Record]) -> tuple[list[Track], Sca
     if len(units) > 1:
         raise SignalError(f"All records must have the same units, got {' and '.join(map(str, sorted(units)))}.")
     force_unit, position_unit = units.pop()
-    cutoff = drive.cutoff or _cutoff(records)
+    cutoff = drive.cutoff or cutoff_of(records)
     highest = smoothing.WIDEST * min(r.rate for r in records)
     if cutoff > highest:
         rule = f"at most {smoothing.WIDEST:g} of the sampling rate, {highest:.4g} Hz"
@@ -207,35 +196,14 @@ def _position_unit(record: Record) -> str:
     return unit.removesuffix("/s")
 
 
-def _cutoff(records: Sequence[Record]) -> float:
-    """Of the comparison [Hz]: what holds the force of every record, within what each one's sampling rate and the noise
-    of its motion allow."""
-    moving, wanted = [], []
-    for r in records:
-        role, order = ("q", 1) if "q" in r.rows else ("v", 0)
-        moving.append(smoothing.holding(r.rows[role], r.rate, _MOVING, order))
-        fewest = _LEAST_COMPARED / _PER_CUTOFF * r.rate / len(r.rows["force"])
-        wanted += [smoothing.holding(r.rows["force"], r.rate, _HELD), _HARMONICS * moving[-1], fewest]
-    top = min(_WIDER * max(wanted), smoothing.WIDEST * min(r.rate for r in records))
-    quiet = [
-        smoothing.quiet(r.rows[role], r.rate, top, order)
-        for r in records
-        for role, order in ([("q", 2)] if "q" in r.rows else [("v", 1)])
-        if "a" not in r.rows
-    ]
-    # below the second of these the comparison would lose the motion of a record
-    allowed = max(min(quiet), _WIDER * max(moving)) if quiet else top
-    return min(top, allowed) / _WIDER
-
-
 def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     rate, rows = record.rate, record.rows
-    wide = min(_WIDER * cutoff, smoothing.WIDEST * rate)
+    wide = min(WIDER * cutoff, smoothing.WIDEST * rate)
     edge = smoothing.margin(wide, rate)
     inner = max(1, int(rate / (_INNER * cutoff)))
     part = slice(edge, -edge, inner)
     step = inner / rate
-    every = max(1, int(1.0 / (step * _PER_CUTOFF * cutoff)))
+    every = max(1, int(1.0 / (step * PER_CUTOFF * cutoff)))
     seen = len(range(edge, len(rows["force"]) - edge, inner)) - 2 * smoothing.margin(cutoff, 1.0 / step)
     compared = max(0, math.ceil(seen / every))
     if compared < _FEWEST:
@@ -268,7 +236,8 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     still = max(_AT_REST * speed_noise, 1e-3 * float(np.sqrt(np.mean(v**2))))
     t = (edge + inner * np.arange(len(force))) / rate
     u = _inputs(inputs)
-    return Track(record.name, step, t, q, v, a, u, force, cutoff, wide, every, own, noise, input_noise, still)
+    known = stated is not None
+    return Track(record.name, step, t, q, v, a, u, force, cutoff, wide, every, own, noise, input_noise, still, known)
 
 
 def _motion(

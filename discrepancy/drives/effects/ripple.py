@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -101,7 +101,8 @@ standard(
             Size("wavenumber", "wavenumber k = 2π/pitch", "Q-1", (), 6.0, 2000.0, step=0.2),
             Size("phase", "phase φ at q = 0", "", (), -20.0, 20.0, step=0.5),
         ),
-        lambda m, p, base: p.force * np.sin(p.wavenumber * m.q + p.phase), placed=True, alike=("ripple",),
+        lambda m, p, base: p.force * m.passes(p.wavenumber * m.v) * np.sin(p.wavenumber * m.q + p.phase),
+        placed=True, alike=("ripple",),
         starts=_over_position, forward="cogging",
     )
 )  # fmt: skip
@@ -114,11 +115,18 @@ standard(
             Size("torque", "amplitude A", "F", (0.1, 0.3), 0.0, 20.0, 0.0),
             Size("phase", "phase φ at q = 0", "", PHASES, -20.0, 20.0, step=0.5),
         ),
-        lambda m, p, base: p.torque * np.sin(p.order * m.q + p.phase), rotary=True, placed=True,
+        lambda m, p, base: p.torque * m.passes(p.order * m.v) * np.sin(p.order * m.q + p.phase),
+        rotary=True, placed=True,
         alike=("cogging", "drive.transmission_error"), choices=tuple({"order": float(n)} for n in (2, 3, 4, 6)),
         forward="ripple",
     )
 )  # fmt: skip
+
+
+def _with_line(m: Track, p: Any, base: Any, force: np.ndarray) -> np.ndarray:
+    rate = 2.0 * math.pi * p.frequency
+    return force + p.amplitude * m.passes(rate) * np.sin(rate * m.t + p.phase)
+
 
 standard(
     DriveEffect(
@@ -129,7 +137,7 @@ standard(
             Size("frequency", "frequency f", "T-1", (), 1e-4, 1000.0, step=0.01),
             Size("phase", "phase φ at the record's first sample", "", (), -20.0, 20.0, step=0.5),
         ),
-        lambda m, p, base, f: f + p.amplitude * np.sin(2.0 * math.pi * p.frequency * m.t + p.phase), acts="reading",
+        _with_line, acts="reading",
         starts=_over_time, forward="hum",
     )
 )  # fmt: skip

@@ -249,3 +249,19 @@ def test_a_load_behind_play_is_compiled_anew_where_a_kernel_has_changed() -> Non
     """numba's key of it holds the hash of all kernel sources."""
     (held,) = (cell.cell_contents for cell in contact().py_func.__closure__)
     assert held == kernel_fingerprint()
+
+
+@pytest.mark.parametrize(
+    ("name", "force"),
+    [
+        ("sensor.mains_hum", lambda t, q, v, a: 5.0 * np.sin(2.0 * math.pi * 25.0 * t + 0.3)),
+        ("cogging", lambda t, q, v, a: 5.0 * np.sin(400.0 * q + 0.3)),
+    ],
+)
+def test_a_wave_near_the_cut_off_has_its_own_size(name: str, force, tmp_path) -> None:
+    """The force is measured through the motion's kernel, and so is the wave that it is compared with: of a line of 25
+    Hz at a cut-off of 17.6 Hz 4.2 of 5 N were told."""
+    made = subject(tmp_path, lambda t, q, v, a: 95.0 * a + force(t, q, v, a), FILE + "\ncutoff = 17.6\n")
+    problem, place = start_of(made, made.model.hypotheses()[name][0])
+    found = values(problem, fit(problem, place, steps=20).place)
+    assert abs(found[f"{name}.{'amplitude' if 'hum' in name else 'force'}"]) == pytest.approx(5.0, rel=0.01)
