@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
+import logging
 import math
 import warnings
 from collections import namedtuple
@@ -17,6 +17,8 @@ from discrepancy.drives.advance import SIGNATURE
 from discrepancy.drives.description import Drive
 from discrepancy.drives.user_code import said_by_user
 from indexer_env.errors import ParameterError
+
+_log = logging.getLogger(__name__)
 
 
 def integrable(drive: Drive, inputs: Sequence[str], x: np.ndarray, u: np.ndarray, row: np.ndarray) -> tuple[Any, bool]:
@@ -41,7 +43,8 @@ def integrable(drive: Drive, inputs: Sequence[str], x: np.ndarray, u: np.ndarray
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.NumbaWarning)
             # a division by zero gives no number, where Python's error could not be passed on
-            fast = _wrapped(drive, numba.njit(drive.function, error_model="numpy"), arguments)
+            function = numba.njit(drive.function, error_model="numpy", boundscheck=True)
+            fast = numba.njit(_wrapped(drive, function, arguments, guarded=True))
             return numba.cfunc(SIGNATURE)(fast), True
     except (errors.NumbaError, errors.UnsupportedBytecodeError):
         return numba.cfunc(SIGNATURE)(_called_back(drive, arguments)), False
@@ -65,14 +68,19 @@ def _arguments(drive: Drive, inputs: Sequence[str]) -> dict[str, Any]:
     return given
 
 
-def _wrapped(drive: Drive, function: Any, given: dict[str, Any]) -> Any:
+def _wrapped(drive: Drive, function: Any, given: dict[str, Any], *, guarded: bool = False) -> Any:
+    """`function` as the integrator calls it; what it raises leaves rates that are no numbers, so that the run counts as
+    lost, and goes on only where it is not `guarded`: out of compiled code each would be printed."""
+    call = [
+        f"found = function({given['x']}, {given['u']}, t, {given['p']})",
+        *(f"out[{k}] = found[{k}]" for k in range(len(drive.states))),
+    ]
     lines = [
         "def wrapped(x, u, t, row, out):",
-        # what raises in compiled code leaves these, so that the run counts as lost
         *(f"    out[{k}] = nan" for k in range(len(drive.states))),
-        f"    found = function({given['x']}, {given['u']}, t, {given['p']})",
-        *(f"    out[{k}] = found[{k}]" for k in range(len(drive.states))),
-    ]
+        *(["    try:", *(f"        {line}" for line in call), "    except Exception:", "        pass"] if guarded
+          else (f"    {line}" for line in call)),
+    ]  # fmt: skip
     scope = {"function": function, "nan": math.nan, "X": given["X"], "P": given["P"], "U": given["U"]}
     exec("\n".join(lines), scope)
     return scope["wrapped"]
@@ -81,7 +89,7 @@ def _wrapped(drive: Drive, function: Any, given: dict[str, Any]) -> Any:
 def _called_back(drive: Drive, given: dict[str, Any]) -> Any:
     """The same, called in Python from the compiled integrator. What it raises there could not be passed on: its rates
     are then no numbers, and the run counts as lost."""
-    _CALLED_BACK.append((_wrapped(drive, drive.function, given), len(drive.states)))
+    _CALLED_BACK.append((_wrapped(drive, drive.function, given), drive))
     number = len(_CALLED_BACK) - 1
 
     def wrapped(x, u, t, row, out):
@@ -94,15 +102,25 @@ def _called_back(drive: Drive, given: dict[str, Any]) -> Any:
     return lambda x, u, t, row, out: inner(x, u, t, row, out)
 
 
-_CALLED_BACK: list[tuple[Callable[..., None], int]] = []
+_CALLED_BACK: list[tuple[Callable[..., None], Drive]] = []
 """Functions that compiled code calls by their number: numba would have to pickle them."""
+
+_TOLD: set[int] = set()
+"""Numbers of those of which it was told that they raise."""
 
 
 def _python(number: int, x: np.ndarray, u: np.ndarray, t: float, row: np.ndarray) -> np.ndarray:
-    function, size = _CALLED_BACK[number]
-    out = np.full(size, np.nan)
-    with contextlib.suppress(ArithmeticError, ValueError):
+    function, drive = _CALLED_BACK[number]
+    out = np.full(len(drive.states), np.nan)
+    try:
         function(x, u, t, row, out)
+    except (ArithmeticError, ValueError):
+        pass
+    except Exception as error:
+        if number not in _TOLD:
+            _TOLD.add(number)
+            said = str(said_by_user(drive.path, drive.function, error)).rstrip(".")
+            _log.warning("%s, at %.4g s with the states %s: runs in which it does count as lost", said, t, x.tolist())
     return out
 
 

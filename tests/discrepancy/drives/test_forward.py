@@ -293,3 +293,21 @@ def test_the_integrator_is_compiled_anew_where_what_it_calls_has_changed() -> No
     (held,) = (cell.cell_contents for cell in integrator().py_func.__closure__)
     sources = [Path(forces.__file__).with_name(f"{name}.py") for name in ("advance", "forces")]
     assert held == kernel_fingerprint(*sources)
+
+
+@pytest.mark.parametrize(
+    ("table", "term", "compiled"),
+    [
+        ("import numpy as np\nTABLE = np.zeros(4)", "TABLE[int(1000.0 * abs(x.q - 0.3))]", True),
+        ("TABLE = {0: 0.0}", "TABLE[int(1000.0 * abs(x.q - 0.3))]", False),
+    ],
+)
+def test_a_table_read_beyond_its_end_loses_the_run_and_is_told_once(table, term, compiled, tmp_path, caplog, capfd):
+    """Compiled code read on in foreign memory, and Python printed a traceback for each step."""
+    q = 0.3 + 0.4 * np.sin(2.0 * math.pi * T)
+    text = table + FILE.replace("- p.drag * x.v)", f"- p.drag * x.v + {term})")
+    one = Record("a.csv", RATE, {"q": q, "u": PUSH}, {"q": "rad", "u": "N m"})
+    with pytest.raises(IndexerError, match="every run is lost at the values stated"):
+        subject_of(drive(tmp_path, text), [one])
+    told = [one for one in caplog.messages if "KeyError in line" in one]
+    assert len(told) == (0 if compiled else 1) and "Traceback" not in capfd.readouterr().err
