@@ -23,6 +23,9 @@ _CELLS = 8
 _LATE = {"delay", "loop_lag", SensorLowpass.name}
 """Effects of which each can stand for a command that is held between samples."""
 
+_CHANGES, _ALWAYS = 50, 0.9
+"""Least changes of a row, and the share of equally long pieces between them, by which it is one that is held."""
+
 _HALF = (0.35, 0.65)
 """Samples between which a lateness counts as half of one."""
 
@@ -53,6 +56,30 @@ def said_of_offsets(records: Sequence[Record]) -> tuple[str, ...]:
             "subtracted."
         )
     return tuple(found)
+
+
+def said_of_slow_channels(records: Sequence[Record]) -> tuple[str, ...]:
+    """A sentence for each channel that is written down more often than it is measured: it is late by up to a value's
+    length, as something that delays or filters would make it."""
+    found: dict[tuple[str, int], list[Record]] = {}
+    for record in records:
+        for role, row in record.rows.items():
+            if (each := _stays(row)) > 1:
+                found.setdefault((role, each), []).append(record)
+    return tuple(
+        f"The channel {role} keeps each value for {each} samples ({joined([r.name for r in those])}): it is measured "
+        f"at {those[0].rate / each:.4g} Hz, and what comes late looks like a delay or a low-pass. Leave one row in {each}."
+        for (role, each), those in found.items()
+    )
+
+
+def _stays(row: np.ndarray) -> int:
+    """For how many samples a row keeps each of its values, where it is one number of them nearly always; else 1."""
+    lengths = np.diff(np.flatnonzero(np.diff(row) != 0.0))
+    if len(lengths) < _CHANGES:
+        return 1
+    each = int(np.median(lengths))
+    return each if each > 1 and float(np.mean(lengths == each)) >= _ALWAYS else 1
 
 
 def check_held(drive: Drive, commands: Sequence[str]) -> None:

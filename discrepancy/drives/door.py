@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.both_forms import check_held, said_of_offsets, said_of_places
+from discrepancy.drives.both_forms import check_held, said_of_offsets, said_of_places, said_of_slow_channels
 from discrepancy.drives.channels import Record, read_drive_records
 from discrepancy.drives.description import LOAD, Drive, load_drive
 from discrepancy.drives.inverse import InverseModel
@@ -83,7 +83,7 @@ def subject_of(drive: Drive, records: Sequence[Record], machine: Mapping[str, An
         _check_moves(tracks, held, "held out")
     other = InverseModel(drive, tracks, scales, held, model.known, library)
     check_unplaced(model)
-    notes = (*_notes(model, tracks, held, parts), *said_of_offsets(records))
+    notes = (*_notes(model, tracks, held, parts), *said_of_offsets(records), *said_of_slow_channels(records))
     return DriveSubject(drive, model, other, notes, [record.rate for record in records])
 
 

@@ -8,7 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.both_forms import FormSubject, adrift, axis_of, check_held, said_of_offsets, said_of_places
+from discrepancy.drives.both_forms import (
+    FormSubject,
+    adrift,
+    axis_of,
+    check_held,
+    said_of_offsets,
+    said_of_places,
+)
 from discrepancy.drives.channels import Record
 from discrepancy.drives.compiled_rates import integrable
 from discrepancy.drives.course import Course, courses_of, window_length
@@ -175,7 +182,7 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
     if not fast:
         notes.append("rates could not be compiled, so every step calls Python: this takes a few hundred times longer.")
     notes += said_of_places(drive, [joint.position for joint in drive.joints], len(courses))
-    notes += said_of_offsets(records)
+    notes += (*said_of_offsets(records), *said_of_slow_channels(records))
     if LOAD_FRICTION in {e.name for e in drive.effects} - {*model.hypotheses(), *(one.name for one in model.known)}:
         unit, forces = courses[0].input_unit or "none", joined(list(dict.fromkeys(s.force_unit for s in scales)), "or")
         notes.append(f"Not looked for, as the first input must be a force in {forces}, got {unit}: {LOAD_FRICTION}.")

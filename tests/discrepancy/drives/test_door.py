@@ -1,5 +1,6 @@
 """What is wrong with a drive's file or its records is said in one sentence; what is right is read as it stands."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -349,3 +350,14 @@ def test_a_force_of_the_other_sign_is_told(tmp_path: Path) -> None:
     for sign in (1.0, -1.0):
         made = subject_of(drive(tmp_path), [record(lambda t, q, v, a, sign=sign: sign * 95.0 * a)])
         assert any("give its channel the factor -1" in note for note in made.notes) == (sign < 0.0)
+
+
+def test_a_channel_that_is_measured_more_slowly_than_it_is_written_is_told(tmp_path: Path) -> None:
+    """A position from a bus at 250 Hz beside a force at 1 kHz; an encoder's steps are no such thing."""
+    for held, expected in ((4, True), (1, False)):
+        one = record(lambda t, q, v, a: 95.0 * a, rate=1000.0)
+        q = one.rows["q"]
+        rows = {**one.rows, "q": np.repeat(q[::4], 4)[: len(q)] if held > 1 else 1e-4 * np.round(q / 1e-4)}
+        notes = subject_of(drive(tmp_path), [dataclasses.replace(one, rows=rows)]).notes
+        told = any("The channel q keeps each value for 4 samples (a.csv): it is measured at 250 Hz" in n for n in notes)
+        assert told == expected
