@@ -15,6 +15,7 @@ from discrepancy.drives.both_forms import (
     check_held,
     said_of_offsets,
     said_of_places,
+    said_of_slow_channels,
 )
 from discrepancy.drives.channels import Record
 from discrepancy.drives.compiled_rates import integrable
