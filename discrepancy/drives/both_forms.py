@@ -68,7 +68,8 @@ def said_of_slow_channels(records: Sequence[Record]) -> tuple[str, ...]:
                 found.setdefault((role, each), []).append(record)
     return tuple(
         f"The channel {role} keeps each value for {each} samples ({joined([r.name for r in those])}): it is measured "
-        f"at {those[0].rate / each:.4g} Hz, and what comes late looks like a delay or a low-pass. Leave one row in {each}."
+        f"at {those[0].rate / each:.4g} Hz, and what comes late looks like a delay or a low-pass; leave one row in "
+        f"{each}."
         for (role, each), those in found.items()
     )
 
