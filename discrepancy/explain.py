@@ -193,7 +193,7 @@ def _answer(
     left = after**2 / judge.floor - 1.0
     named = [one.found for one in judged if one.grade in NAMED]
     answer = Explanation(
-        _verdict(findings, left, criteria, within=after**2 <= held_out.tolerated), findings, remains, base, best,
+        _verdict(findings, left, criteria, above=after**2 / held_out.tolerated - 1.0), findings, remains, base, best,
         accepted, held, held[base.name].level(held_out), after, calibration,
         written(model, estimates, held_out, held[accepted.name], judge.floor, criteria, named), selection, criteria,
         model, held_out,
@@ -201,12 +201,13 @@ def _answer(
     return answer, [one.found.name for one in judged if one.grade == STANDS_IN and one.evidence.bound]
 
 
-def _verdict(findings: Sequence[Finding], left: float, criteria: Criteria, *, within: bool = False) -> str:
-    """By what is accepted, which leaves so much: what was dismissed explains nothing. `within` the noise nothing is
-    missing, though a hint may explain a part of it."""
+def _verdict(findings: Sequence[Finding], left: float, criteria: Criteria, *, above: float = 0.1) -> str:
+    """By what is accepted, which leaves so much `above` the noise, and `left` above what does not repeat either: what
+    was dismissed explains nothing. Within the noise nothing is missing, though a hint may explain a part of it; where
+    `much` is left something is, though it does not repeat."""
     if any(finding.grade in NAMED for finding in findings):
         return "found"
-    nothing = within or (not findings and left < criteria.at_noise)
+    nothing = above <= 0.0 or (not findings and left < criteria.at_noise and above < criteria.much)
     return "nothing missing" if nothing else "only a remainder"
 
 

@@ -434,6 +434,12 @@ def test_what_was_dismissed_explains_nothing() -> None:
     assert _verdict([], 0.5, Criteria()) == "only a remainder" and _verdict([], 0.1, Criteria()) == "nothing missing"
 
 
+@pytest.mark.parametrize(("above", "verdict"), [(3.0, "nothing missing"), (150.0, "only a remainder")])
+def test_much_that_does_not_repeat_is_not_nothing(above: float, verdict: str) -> None:
+    """What differs from turn to turn is no sign of an effect, but 12 times the noise are no machine at the noise."""
+    assert _verdict([], 0.0, Criteria(), above=above) == verdict
+
+
 def test_what_a_set_frees_in_every_window_predicts_nothing(monkeypatch) -> None:
     """Four unknowns in each window of 100 samples, at a dispersion of 2."""
     model = Chord({}, 5)

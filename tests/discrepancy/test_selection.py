@@ -87,3 +87,14 @@ def test_a_place_that_is_no_optimum_is_scored_as_it_is() -> None:
     place = problem.point(np.array([1.0, 0.0]), np.zeros((4, 0)))
     one = fitted_set(model, place, True, 0.0, optimum=False)
     assert scores((one,), model)[0] == pytest.approx(problem.deviance(place, one.dispersion))
+
+
+def test_linear_theory_promises_no_more_than_half_of_what_a_set_leaves() -> None:
+    """A set without information would win more than it leaves: it would win over one that is at the noise."""
+    model = Bent()
+    problem = Problem(model, NONE)
+    place = fit(problem, problem.point(np.zeros(2), np.zeros((4, 0))), steps=20).place
+    one = fitted_set(model, place, True, 3.0)
+    assert one.information is not None
+    told = dataclasses.replace(one, dispersion=0.01, information=1e-9 * one.information)
+    assert scores((told,), model)[0] == pytest.approx(0.5 * problem.deviance(place, 0.01) + 3.0)
