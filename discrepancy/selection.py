@@ -11,8 +11,9 @@ and P that of what was known beforehand, the place under D is better by
 
     bᵀ (I/D + P)⁻¹ b,     b = (1 - φ/D) P z
 
-in linear theory, but by half of its deviance at most, or, where that place lies beyond a bound, by what the way to the
-bound wins. Left out, every set pays for the bending that its fit was allowed, and those most that lack an effect.
+in linear theory, but by Σ_known z² at most, or half of Σ_w ρ_w/D where φ > D, or, where that place lies beyond a bound,
+by what the way to the bound wins. Left out, every set pays for the bending that its fit was allowed, and those most
+that lack an effect.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ from discrepancy.place import Point
 from discrepancy.problem import Problem
 
 _LINEAR = 0.5
-"""Share of a set's deviance that linear theory may promise to win: beyond it nothing is linear any more. Records that
-begin 140 standard deviations from where they were measured, as behind a slow low-pass that is not in the set, were
-promised more than all of it, so that the set with the low-pass, at the noise, was dropped."""
+"""Share of Σ ρ/D that linear theory may promise to win under lighter priors: beyond it nothing is linear any more.
+Records that begin 140 standard deviations from where they were measured, as behind a slow low-pass that is not in the
+set, were promised more than all of it, so that the set with the low-pass, at the noise, was dropped."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,5 +165,7 @@ def _score(one: Fitted, model: Model, dispersion: float) -> float:
     # a set that leaves much would go far beyond the bounds, where no fit may
     room = np.where(step > 0.0, problem.high[within] - z, z - problem.low[within])
     way = float(np.clip(room / np.maximum(np.abs(step), 1e-300), 0.0, 1.0).min(initial=1.0))
-    won = -(2.0 * way - way**2) * float(b @ step)
-    return deviance - min(won, _LINEAR * deviance) + one.price
+    won, pull = -(2.0 * way - way**2) * float(b @ step), float(place.z[problem.known] @ place.z[problem.known])
+    # where priors weigh more than in the fit they alone can shrink, where they weigh less what is left alone
+    most = pull if dispersion >= place.dispersion(model) else _LINEAR * (deviance - pull)
+    return deviance - min(won, most) + one.price
