@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -17,7 +16,7 @@ from discrepancy.drives.channel_checks import check_markers, check_motion, check
 from discrepancy.drives.description import LOAD, Channel, Drive
 from discrepancy.drives.units import in_si
 from discrepancy.records.conditions import FLAGS, TABLES, table_beside, written
-from discrepancy.records.reading import measured_paths
+from discrepancy.records.reading import check_new, measured_paths
 from indexer_cli.words import joined
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import SignalError, refuse
@@ -88,11 +87,7 @@ def read_drive_records(
         name = path.relative_to(root).as_posix()
         told = {**{k: v for k, v in known.items() if v is not None}, **rows.get(path.resolve(), {})}
         record = _record(drive, path, name, told)
-        samples = hashlib.sha256(b"".join(row.tobytes() for row in record.rows.values())).digest()
-        if (first := seen.setdefault(samples, name)) != name:
-            raise SignalError(
-                f"{path} must differ from the other files, got the same samples as {first}; remove the copy."
-            )
+        check_new(path, name, b"".join(row.tobytes() for row in record.rows.values()), seen)
         records.append(record)
     return _kept(records, held_out)
 

@@ -15,7 +15,7 @@ from types import ModuleType
 from typing import Any
 
 from discrepancy.drives.effects import DriveEffect
-from discrepancy.drives.stated_effects import effects_of, effects_stated
+from discrepancy.drives.stated_effects import effects_of, effects_stated, texts
 from discrepancy.drives.user_code import executed
 from discrepancy.model import Parameter
 from indexer_env.checks import check_number, did_you_mean
@@ -163,10 +163,10 @@ def load_drive(path: Path) -> Drive:
     known = effects_stated(name, "known", found.get("known", {}))
     return Drive(
         path, str(found.get("name", path.stem)), found[form], _parameters(name, found.get("parameters")),
-        _channels(name, form, found.get("channels"), states), effects_of(name, found, known, _texts),
+        _channels(name, form, found.get("channels"), states), effects_of(name, found, known),
         found.get("cutoff"), found.get("noise"), float(share), states, joints, found.get("windows"),
         known, _sessions(name, found.get("sessions", False)),
-        _texts(name, "held", "a tuple of names of channels, ('force',)", found.get("held", ())),
+        texts(name, "held", "a tuple of names of channels, ('force',)", found.get("held", ())),
     )  # fmt: skip
 
 
@@ -254,7 +254,7 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
 def _states(name: str, form: str, found: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[Joint, ...]]:
     if form == "force":
         return (), ()
-    states = _texts(name, "states", "a tuple of names, ('q', 'v')", found.get("states", ("q", "v")) or None)
+    states = texts(name, "states", "a tuple of names, ('q', 'v')", found.get("states", ("q", "v")) or None)
     for state in states:
         _check_name(name, "states", state)
     joints = found.get("joints")
@@ -276,10 +276,4 @@ def _sessions(name: str, given: Any) -> tuple[str, ...]:
     if isinstance(given, bool):
         return ("offset",) if given else ()
     rule = "a tuple of names of parameters that differ between records, ('offset', 'mass'), or True for the offset"
-    return _texts(name, "sessions", rule, given)
-
-
-def _texts(name: str, key: str, rule: str, given: Any) -> tuple[str, ...]:
-    if not isinstance(given, list | tuple) or not all(isinstance(one, str) for one in given):
-        raise refuse(name, key, rule, given)
-    return tuple(given)
+    return texts(name, "sessions", rule, given)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from discrepancy.drives.effects import EFFECTS, DriveEffect
@@ -15,6 +15,13 @@ ACTS = ("force", "dry", "reading")
 """What the law of an effect may give."""
 
 
+def texts(name: str, key: str, rule: str, given: Any) -> tuple[str, ...]:
+    """A tuple of texts as a file states it; anything else is refused by this rule."""
+    if not isinstance(given, list | tuple) or not all(isinstance(one, str) for one in given):
+        raise refuse(name, key, rule, given)
+    return tuple(given)
+
+
 def effects_stated(owner: str, key: str, given: Any) -> Mapping[str, Mapping[str, float]]:
     """Effects with their parameters' values as a file states them; anything else is refused."""
     named = isinstance(given, Mapping) and all(isinstance(name, str) for name in given)
@@ -24,10 +31,8 @@ def effects_stated(owner: str, key: str, given: Any) -> Mapping[str, Mapping[str
     return given
 
 
-def effects_of(
-    name: str, found: Mapping[str, Any], known: Mapping[str, Any], texts: Callable[..., tuple[str, ...]]
-) -> tuple[DriveEffect, ...]:
-    """Effects that may be missing, and those known: these are not looked for. `texts` checks a tuple of names."""
+def effects_of(name: str, found: Mapping[str, Any], known: Mapping[str, Any]) -> tuple[DriveEffect, ...]:
+    """Effects that may be missing, and those known: these are not looked for."""
     own = found.get("own_effects", ())
     if not isinstance(own, list | tuple) or not all(isinstance(one, DriveEffect) for one in own):
         raise refuse(name, "own_effects", "a tuple of discrepancy.drives.DriveEffect", own)

@@ -79,7 +79,7 @@ def read_records(
     records, seen = [], dict[bytes, str]()
     for name, path in zip(names, paths, strict=True):
         recording = read_recording(path, conditions[name].reading, pulse.column)
-        _check_new(path, name, recording.signal, seen)
+        check_new(path, name, recording.signal.values.tobytes(), seen)
         edges = None if recording.pulse is None else _edges(recording.pulse, recording.signal, pulse)
         told = conditions[name]
         noise = None if told.noise is None else told.noise * abs(recording.factor)
@@ -102,9 +102,9 @@ def measured_paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
     return paths, common_folder(paths)
 
 
-def _check_new(path: Path, name: str, signal: Signal, seen: dict[bytes, str]) -> None:
+def check_new(path: Path, name: str, samples: bytes, seen: dict[bytes, str]) -> None:
     """Refuse the samples of another file, which `seen` names by their digest: a copy is no new evidence."""
-    first = seen.setdefault(hashlib.sha256(signal.values.tobytes()).digest(), name)
+    first = seen.setdefault(hashlib.sha256(samples).digest(), name)
     if first != name:
         raise SignalError(
             f"{path} must differ from the other files, got the same samples as {first}; remove the copy and its row."
