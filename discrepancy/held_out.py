@@ -31,7 +31,9 @@ _LEAST_WINDOWS = 4
 def held_places(fitted: Sequence[Point], held_out: Model, found: Sequence[Point] = ()) -> list[Point]:
     """The physics of places on the records held out. What one of them, or of those `found` there before, has of the
     windows' start states is tried by all: a state that was missed must not decide."""
-    places = [held_place(place, held_out) for place in fitted]
+    places: list[Point] = []
+    for place in fitted:
+        places.append(held_place(place, held_out, [*found, *places]))
     pooled = []
     for place in places:
         problem = Problem(held_out, place.hypothesis, frozen=True)
@@ -65,12 +67,19 @@ def adapted(held: Point, held_out: Model) -> Point:
     return fit(problem, problem.adopted(held), steps=_STEPS).place
 
 
-def held_place(place: Point, held_out: Model) -> Point:
-    """The physics of a place on the records held out; only start states and what belongs to single records move."""
+def held_place(place: Point, held_out: Model, found: Sequence[Point] = ()) -> Point:
+    """The physics of a place on the records held out; only start states and what belongs to single records move. They
+    begin where one of those `found` there has them, or as they are stated."""
     problem = Problem(held_out, place.hypothesis, frozen=True)
     z = carried(place, problem)
     states = np.zeros((len(held_out.counts), held_out.local_count(place.hypothesis)))
-    return fit(problem, problem.searched(problem.point(z, states)), steps=_STEPS, thorough=True).place
+    begun = [problem.searched(problem.point(z, states))]
+    of_records = [k for k, p in enumerate(held_out.parameters) if p.of_record]
+    for other in found:
+        there = z.copy()
+        there[of_records] = other.z[of_records]
+        begun.append(problem.point(there, held_out.states_for(place.hypothesis, other.states)))
+    return fit(problem, min(begun, key=lambda p: p.cost), steps=_STEPS, thorough=True).place
 
 
 def counted(place: Point, other: Point, model: Model, share: float) -> np.ndarray:

@@ -85,7 +85,11 @@ class Race:
 
     def rival(self, place: Point, leading: float) -> bool:
         """Whether a place wins half of what one that costs `leading` does."""
-        return self.start - place.cost >= _RIVAL * (self.start - leading)
+        return _rival(self.start, place, leading)
+
+
+def _rival(start: float, place: Point, leading: float) -> bool:
+    return start - place.cost >= _RIVAL * (start - leading)
 
 
 def race(
@@ -117,7 +121,7 @@ def race(
     by_windows = _best_of_each([start for _, start in sorted(judged, key=itemgetter(0))], _OF_ONE)
     by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
     survivors = _best_of_each(_in_turns(by_windows, by_promise), _OF_ONE)[: criteria.fits]
-    return _fitted(model, survivors, math.ceil(len(survivors) / 2), in_time)
+    return _fitted(model, survivors, math.ceil(len(survivors) / 2), in_time, base.cost)
 
 
 def restarted(
@@ -238,9 +242,11 @@ def _in_turns(a: Sequence[Start], b: Sequence[Start]) -> list[Start]:
 
 
 def _fitted(
-    model: Model, starts: Sequence[Start], finished: int, in_time: Callable[[], bool] = lambda: True
-) -> list[Point]:
-    """The best place of each effect after a few joint steps from every start and more from the best ones."""
+    model: Model, starts: Sequence[Start], finished: int, in_time: Callable[[], bool] = lambda: True,
+    begun: float = -math.inf,
+) -> list[Point]:  # fmt: skip
+    """The best place of each effect after a few joint steps from every start and more from the best ones; where the
+    first one wins something of what it cost when it was `begun`, from its rivals alone."""
     tried: list[tuple[str, Point]] = []
     for start in starts:
         if tried and not in_time():
@@ -250,9 +256,10 @@ def _fitted(
         place = problem.searched(place, stand_out(problem, place))
         tried.append((start.effect.name, fit(problem, place, steps=_FEW).place))
     tried.sort(key=lambda pair: pair[1].cost)
+    leading = tried[0][1].cost if tried else math.inf
     best: dict[str, Point] = {}
     for k, (name, place) in enumerate(tried):
-        if k < finished and in_time():
+        if k < finished and (leading >= begun or _rival(begun, place, leading)) and in_time():
             place = fit(Problem(model, place.hypothesis, caution=CAUTION), place, steps=_MORE).place
         if name not in best or place.cost < best[name].cost:
             best[name] = place

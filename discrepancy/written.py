@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -44,29 +45,30 @@ def written(
     named: Sequence[FoundEffect] = (),
 ) -> Written:  # fmt: skip
     """The machine as it is told, with parameters at a bound at nominal and the others fitted again. What is missing has
-    bent the parameters towards it where much remains of a record held out: then the nominal machine with the named
-    effects as they were found, or without them where these do not serve there. Start states on the records held out
-    begin at the place `held`; `floor` is the mean square there that does not repeat. The effects `named` may have been
-    judged beside others, with other sizes."""
+    bent the parameters towards it where much remains of a record held out, or where the named effects alone leave less
+    of one: then the nominal machine with these effects as they were found, or without them where they do not serve
+    there. Start states on the records held out begin at the place `held`; `floor` is the mean square there that does
+    not repeat. The effects `named` may have been judged beside others, with other sizes."""
     calibrated, at_nominal = _within_bounds(model, told)
     problem = Problem(model, NONE)
     nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, calibrated.states))
-    (held,) = held_places([calibrated], held_out, [held])
-    (without,) = held_places([nominal], held_out, [held])
-    why = _against(_left(held, without, held_out, floor, criteria), calibrated.hypothesis.effects, criteria)
+    effects = calibrated.hypothesis.effects
+    bare = [_at_nominal(model, told.believed)] if effects else []
+    there, without, *beside = held_places([calibrated, nominal, *bare], held_out, [held])
+    rows = _left(there, without, held_out, floor, criteria)
+    with_named = [_left(one, without, held_out, floor, criteria) for one in beside]
+    why = _against(rows, effects, criteria, with_named)
     if not why:
         remarks = tuple(
             f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
             for name in at_nominal
         )
         return Written(calibrated, "", (*remarks, *_told_otherwise(named, told)))
-    if calibrated.hypothesis.effects:
-        bare = _at_nominal(model, told.believed)
-        (there,) = held_places([bare], held_out, [held, without])
-        if _serves(_left(there, without, held_out, floor, criteria), criteria):
+    for place, left in zip(bare, with_named, strict=True):
+        if _serves(left, criteria):
             which = "This is the nominal machine with what is named"
             remarks = (f"{which}. The calibrated one is held back: {why}.", *_told_otherwise(named, told))
-            return Written(bare, why, remarks)
+            return Written(place, why, remarks)
     return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
 
 
@@ -133,10 +135,11 @@ def _held(parameter: Parameter, z: float) -> bool:
     return not parameter.of_record and parameter.held(z)
 
 
-def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria) -> str:
+def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria, with_named: Sequence[_Left] = ()) -> str:
     """What speaks against a calibrated machine; "" where nothing does. What is missing has bent the parameters towards
-    it, and at another speed or load they may predict worse than the nominal ones. Where an effect is named, a record
-    that is left at the noise does not show it, and says nothing of which is better."""
+    it, and at another speed or load they may predict worse than the nominal ones do, alone or, by more than what is
+    taken for noise, `with_named` effects. Where an effect is named, a record that is left at the noise does not show
+    it, and says nothing of which is better."""
     for g, left, open_ in rows:
         record = f"record {g + 1} of those held out"
         if left > open_ and (left >= criteria.at_noise or not effects):
@@ -146,4 +149,9 @@ def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria) -> 
                 f"it closes {100.0 * (1.0 - left / open_):.0f} % of the gap that the nominal machine leaves of "
                 f"{record}, where {100.0 * criteria.written:.0f} % are needed"
             )
+    alone = {g: left for same in with_named for g, left, _ in same}
+    for g, left, _ in rows:
+        if left >= criteria.at_noise + max(alone.get(g, math.inf), 0.0):
+            record = f"record {g + 1} of those held out"
+            return f"it predicts {record} worse than the nominal machine does with what is named"
     return ""

@@ -78,7 +78,7 @@ def elsewhere_at(model: IndexerModel, place: Point, without: Point, effect: str)
         least = _OF_A_BUMP if (found.joint, found.kind) == ("output", "phase") else _ELSEWHERE
         return "" if law >= least * free else found.name
     beside = residue.without(found.columns, scale)
-    left = beside.evidence(beside.seen_through(change))[0]
+    left = beside.evidence(change)[0]
     return "" if law >= _LAW * free or left >= max(_KEPT * law, MARGIN) else found.name
 
 

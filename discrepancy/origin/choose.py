@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.origin.residue import Residue
+from discrepancy.origin.residue import Residue, Seen
 
 MARGIN = 10.0
 """ln E by which a cause must win: forms, frequencies and dampings are chosen among some hundred."""
@@ -167,7 +167,7 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
 
 def likeliest(residue: Residue, forms: Sequence[Form]) -> Form | None:
     """The form that alone is the most likely; None where none is more likely than noise by the margin."""
-    won, _, form = _ranked(residue, forms)[0]
+    won, _, form = _weighed(residue, _seen(residue, forms))[0]
     return form if won >= MARGIN else None
 
 
@@ -179,41 +179,37 @@ def _sums(residue: Residue, forms: Sequence[Form], scan: Scan) -> tuple[dict[tup
     """The best form of each joint and kind, and the sums that the leading ones of these begin, each with the form first
     without which it would lose most."""
     leaders: dict[tuple[str, str], _Row] = {}
-    for row in _ranked(residue, [*forms, *scan(residue)]):
+    seen = _seen(residue, forms)
+    for row in _weighed(residue, seen | _seen(residue, scan(residue))):
         leaders.setdefault((row[2].joint, row[2].kind), row)
     begun = [row for row in list(leaders.values())[:_LEADERS] if row[0] > 0.0]
-    return leaders, [_by_need(residue, _grown(residue, row, forms, scan)) for row in begun]
+    return leaders, [_by_need(residue, _grown(residue, row, seen, scan)) for row in begun]
 
 
-def _ranked(residue: Residue, forms: Sequence[Form]) -> list[_Row]:
-    """All forms, the best first."""
-    return _weighed(residue, {form: residue.seen_through(form.columns) for form in forms})
+def _seen(residue: Residue, forms: Sequence[Form]) -> dict[Form, Seen]:
+    return {form: residue.seen(form.columns) for form in forms}
 
 
-def _weighed(residue: Residue, seen: Mapping[Form, np.ndarray]) -> list[_Row]:
-    """The same, given what is seen of each form beside the causes that are a part of the noise."""
+def _weighed(residue: Residue, seen: Mapping[Form, Seen]) -> list[_Row]:
+    """All forms, the best first, given what is seen of each beside the causes that are a part of the noise."""
     rows = []
-    for form, columns in seen.items():
-        won, scale = residue.evidence(columns)
+    for form, mine in seen.items():
+        won, scale = residue.evidence(mine)
         rows.append((won - form.price, scale, form))
     return sorted(rows, key=lambda row: -row[0])
 
 
-def _grown(residue: Residue, first: _Row, forms: Sequence[Form], scan: Scan) -> _Sum:
-    """The sum that begins with a form."""
+def _grown(residue: Residue, first: _Row, seen: Mapping[Form, Seen], scan: Scan) -> _Sum:
+    """The sum that begins with a form, given what is seen of those that need not be looked for."""
     won, scale, form = first
-    one, seen = _Sum((form,), (scale,), won, residue.without(form.columns, scale)), dict[Form, np.ndarray]()
+    one = _Sum((form,), (scale,), won, residue.without(form.columns, scale))
     while len(one.forms) < _MOST:
         # what was seen of a form beside one cause less is a step towards what is seen of it now
-        seen = {
-            other: one.residue.seen_through_last(seen[other]) if other in seen
-            else one.residue.seen_through(other.columns)
-            for other in (*forms, *scan(one.residue))
-        }  # fmt: skip
-        won, scale, form = _weighed(one.residue, seen)[0]
+        seen = {other: one.residue.seen_further(mine) for other, mine in seen.items()}
+        won, scale, form = _weighed(one.residue, seen | _seen(one.residue, scan(one.residue)))[0]
         if won < MARGIN:
             break
-        other = one.residue.without(seen[form], scale)
+        other = one.residue.without(form.columns, scale)
         one = _Sum((*one.forms, form), (*one.scales, scale), one.evidence + won, other)
     return one
 

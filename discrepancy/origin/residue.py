@@ -65,6 +65,39 @@ class Laid:
     step: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A cause as it is beside the causes that are a part of the noise.
+
+    Attributes
+    ----------
+    columns : ndarray (m, k)
+        F, cleaned, without any of them.
+    products, pulls : ndarray (k, k), (k,)
+        FᵀF and Fᵀy beside all of them.
+    along : tuple of ndarray (j, k)
+        What each of them takes: its basis times F beside those before it.
+    """
+
+    columns: np.ndarray
+    products: np.ndarray
+    pulls: np.ndarray
+    along: tuple[np.ndarray, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A cause that is a part of the noise: all is multiplied by 1 - B D Bᵀ, B (m, j), D = diag(d), and Bᵀ y before."""
+
+    basis: np.ndarray
+    d: np.ndarray
+    pull: np.ndarray
+
+    def less(self, columns: np.ndarray) -> np.ndarray:
+        """Columns (m, k) multiplied so."""
+        return columns - self.basis @ (self.d[:, None] * (self.basis.T @ columns))
+
+
 class Residue:
     """The residuals y (m,) of `laid`, cleaned and white; `colour` is the coefficient of the noise's autoregression from
     sample to sample, `noise` the variance of what it adds."""
@@ -82,9 +115,9 @@ class Residue:
         rows = rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
         basis, sizes, _ = np.linalg.svd(rows, full_matrices=False)
         self._global = basis[:, sizes > 1e-7 * sizes[0]] if len(sizes) else basis
-        self._explained: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
+        self._explained: tuple[_Part, ...] = ()
         y = np.concatenate([self._off_local(laid.residual[..., None]), (prior * laid.at)[:, None]])
-        self.y = self._off_global(y)[:, 0]
+        self.y = self._whole = self._off_global(y)[:, 0]
         self.samples = float(laid.inside.sum() - kept.sum() - len(laid.inside))
 
     @property
@@ -101,22 +134,37 @@ class Residue:
         """Wᵀ y (w, n): its product with readings is that of y with the readings cleaned and seen through."""
         y = self.y[:, None]
         for part in reversed(self._explained):
-            y = less(y, part)
+            y = part.less(y)
         z = np.where(self.laid.inside, y[: self.laid.inside.size, 0].reshape(self.laid.inside.shape), 0.0)
         z[:, 0] = 0.0
         out = z.copy()
         out[:, :-1] -= self.colour * z[:, 1:]
         return out * self.laid.inside
 
-    def evidence(self, columns: np.ndarray) -> tuple[float, float]:
-        """ln E of a cause F (m, k), and the λ at which it is found."""
-        products = columns.T @ columns
-        total = float(np.trace(products))
+    def seen(self, columns: np.ndarray) -> Seen:
+        """A cause F (m, k), cleaned, beside the causes that are a part of the noise."""
+        return self.seen_further(Seen(columns, columns.T @ columns, columns.T @ self._whole))
+
+    def seen_further(self, seen: Seen) -> Seen:
+        """The same of a cause that was seen beside the first of them: of its columns only products are needed."""
+        products, pulls, along = seen.products, seen.pulls, list(seen.along)
+        for k, part in enumerate(self._explained[len(along) :], start=len(along)):
+            own = part.basis.T @ seen.columns
+            for before, taken in zip(self._explained[:k], along, strict=True):
+                own -= (part.basis.T @ before.basis) @ (before.d[:, None] * taken)
+            twice = (2.0 * part.d - part.d**2)[:, None] * own
+            products, pulls = products - own.T @ twice, pulls - twice.T @ part.pull
+            along.append(own)
+        return Seen(seen.columns, products, pulls, tuple(along))
+
+    def evidence(self, cause: np.ndarray | Seen) -> tuple[float, float]:
+        """ln E of a cause F (m, k), cleaned, or as it was seen, and the λ at which it is found."""
+        seen = cause if isinstance(cause, Seen) else self.seen(cause)
+        total = float(np.trace(seen.products))
         if not total > 0.0:
             return 0.0, 0.0
-        sizes, turned = np.linalg.eigh(products)
-        sizes, pulls = np.maximum(sizes, 0.0), turned.T @ (columns.T @ self.y)
-        return self.weighed(sizes, pulls, total)
+        sizes, turned = np.linalg.eigh(seen.products)
+        return self.weighed(np.maximum(sizes, 0.0), turned.T @ seen.pulls, total)
 
     def evidence_together(self, columns: Sequence[np.ndarray]) -> float:
         """ln E of causes √λ F (m, k) side by side."""
@@ -150,26 +198,18 @@ class Residue:
         return -0.5 * self.samples * math.log(max(1.0 - share, 1e-9)) - 0.5 * float(np.log1p(sizes).sum())
 
     def without(self, columns: np.ndarray, scale: float) -> Residue:
-        """The residue with a cause F (m, k) of this λ as a part of its noise: y and all that is cleaned by it are
-        multiplied by (1 + λ F Fᵀ)^-½."""
+        """The residue with a cause F (m, k), cleaned, of this λ as a part of its noise: y and all that is cleaned by it
+        are multiplied by (1 + λ F Fᵀ)^-½."""
+        for part in self._explained:
+            columns = part.less(columns)
         sizes, turned = np.linalg.eigh(columns.T @ columns)
         kept = sizes > _RANK * sizes[-1]
         basis = columns @ (turned[:, kept] / np.sqrt(sizes[kept]))
         other = copy.copy(self)
-        part = basis, 1.0 - 1.0 / np.sqrt(1.0 + scale * sizes[kept])
+        part = _Part(basis, 1.0 - 1.0 / np.sqrt(1.0 + scale * sizes[kept]), basis.T @ self.y)
         other._explained = (*self._explained, part)
-        other.y = less(self.y[:, None], part)[:, 0]
+        other.y = part.less(self.y[:, None])[:, 0]
         return other
-
-    def seen_through(self, columns: np.ndarray) -> np.ndarray:
-        """F (m, k), cleaned, as it is beside the causes that are a part of the noise."""
-        for part in self._explained:
-            columns = less(columns, part)
-        return columns
-
-    def seen_through_last(self, columns: np.ndarray) -> np.ndarray:
-        """The same of columns that were seen through all of these causes but the last one."""
-        return less(columns, self._explained[-1])
 
     def _whitened(self, rows: np.ndarray) -> np.ndarray:
         """W X of rows (w, n, k), whose first sample, which nothing predicts, is left out."""
@@ -186,9 +226,3 @@ class Residue:
 
     def _off_global(self, rows: np.ndarray) -> np.ndarray:
         return rows - self._global @ (self._global.T @ rows)
-
-
-def less(columns: np.ndarray, part: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Columns (m, k) of which a basis (m, j) keeps 1 - d (j,)."""
-    basis, d = part
-    return columns - basis @ (d[:, None] * (basis.T @ columns))

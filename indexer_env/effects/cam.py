@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from indexer_env.machine import Machine
 
 
-_PLACES = tuple(0.05 + 0.035 * k for k in range(13))
-"""Cam phases at which a bump is looked for."""
+_PLACES = tuple(0.1 + 0.07 * k for k in range(13))
+"""Shares of the motion at which a bump is looked for."""
 
 
 @register
@@ -37,7 +37,12 @@ class ProfileError(MachineEffect):
         sought=Sought("deflection", ladder(0.08, 5, 2.0, both=True), 0.05, -16.0, 16.0),
     )
     centre: float = parameter(
-        "cam phase of the bump", "turns", default=0.25, low=0.0, high=1.0, sought=Sought("-", _PLACES, 0.02, 0.0, 0.5)
+        "cam phase of the bump",
+        "turns",
+        default=0.25,
+        low=0.0,
+        high=1.0,
+        sought=Sought("motion", _PLACES, 0.04, 0.0, 1.0),
     )
     half_width: float = parameter(
         "half width of the bump",

@@ -22,6 +22,9 @@ SIGN = 0.005
 KICK = 0.005
 """s; between the kicks of a wandering load: 200 a second, above all that the machine follows."""
 
+RECORDS = 37.0
+"""Between the seeds of one record and the next."""
+
 
 class Wave(NamedTuple):
     """size · sin(order x + phase), or its cosine."""
@@ -42,10 +45,12 @@ class Bump(NamedTuple):
 class Unlisted(NamedTuple):
     """Numbers of all disturbances; docs/explanation/challenge.md gives their equations in these symbols.
 
-    `seed` is that of `chance`; `sticking` the share of the cam turns in which the table sticks.
+    `seed` is that of `chance`, which in each `record` is another one where what is random follows time; `sticking` the
+    share of the cam turns in which the table sticks.
     """
 
     seed: float
+    record: float
     stations: float
     drift: float
     drift_time: float
@@ -74,8 +79,8 @@ class Unlisted(NamedTuple):
 
 
 NOTHING = Unlisted(
-    seed=0.0, stations=1.0, drift=0.0, drift_time=1.0, quadratic=0.0, patch=Bump(0.0, 0.0, 1.0), inertia=0.0,
-    hysteresis=0.0, yielding=1.0, warming=0.0, warming_time=1.0, beat=0.0, beat_low=0.0, beat_high=0.0,
+    seed=0.0, record=0.0, stations=1.0, drift=0.0, drift_time=1.0, quadratic=0.0, patch=Bump(0.0, 0.0, 1.0),
+    inertia=0.0, hysteresis=0.0, yielding=1.0, warming=0.0, warming_time=1.0, beat=0.0, beat_low=0.0, beat_high=0.0,
     loss=Bump(0.0, 0.0, 1.0), inverter=Wave(0.0, 0.0, 0.0), rate_squared=0.0, walk=0.0, walk_time=1.0, mass=0.0,
     mass_stiffness=0.0, mass_damping=0.0, stick=0.0, sticking=0.0, rubber=0.0, wavy=Wave(0.0, 1.0, 0.0),
 )  # fmt: skip
@@ -100,6 +105,12 @@ def chance(seed: float, number: float) -> float:
     """A number in [0, 1) that looks random, the same for the same seed and whole number."""
     x = 43758.5453 * math.sin(12.9898 * number + 78.233 * seed)
     return x - math.floor(x)
+
+
+@numba.njit
+def of_record(u: Unlisted) -> float:
+    """Seed of what is random over one record's time."""
+    return u.seed + RECORDS * u.record
 
 
 @numba.njit
@@ -141,7 +152,7 @@ def on_table(u: Unlisted, y: np.ndarray, turn: float) -> float:
     total = u.quadratic * rate * abs(rate) + y[12]
     if u.patch.size != 0.0:
         total += bump(u.patch, phi / TURN)[0] * dry(rate)
-    if u.stick != 0.0 and chance(u.seed, turn) < u.sticking:
+    if u.stick != 0.0 and chance(of_record(u), turn) < u.sticking:
         total += u.stick * dry(rate)
     if u.beat != 0.0:
         total += u.beat * (math.sin(u.beat_low * t) + math.sin(u.beat_high * t))
@@ -155,7 +166,8 @@ def wandering(u: Unlisted, y: np.ndarray) -> float:
     if u.walk == 0.0 or y[8] < 0.0:
         return 0.0
     k = math.floor(y[8] / KICK)
-    before, after = 2.0 * chance(u.seed, k) - 1.0, 2.0 * chance(u.seed, k + 1.0) - 1.0
+    seed = of_record(u)
+    before, after = 2.0 * chance(seed, k) - 1.0, 2.0 * chance(seed, k + 1.0) - 1.0
     return u.walk * (before + (y[8] / KICK - k) * (after - before)) / KICK - y[12] / u.walk_time
 
 

@@ -196,7 +196,7 @@ def test_a_size_of_which_nothing_was_known_may_be_bent(monkeypatch) -> None:
     place, half = fit_of(model), []
     monkeypatch.setattr(Told, "_bent", lambda told, dispersion: np.r_[0.0, np.full(len(told.z), -np.inf)])
     for odds in (1e-12, 0.05):
-        monkeypatch.setattr("discrepancy.intervals._BENT", odds)
+        monkeypatch.setattr("discrepancy.intervals._SIZE_BENT", odds)
         half.append([(e.high - e.low) / 2.0 for e in estimates_of(model, place).estimates])
 
     def beyond(x: float) -> float:
@@ -237,6 +237,7 @@ def test_a_window_whose_motion_jumps_tells_nothing(jumping: int, windows: int, m
     """Seed 8: of b nothing was known. Its interval is that of the windows that have a derivative, and all that is
     possible where none has. No parameter is bent."""
     monkeypatch.setattr("discrepancy.intervals._BENT", 1e-12)
+    monkeypatch.setattr("discrepancy.intervals._SIZE_BENT", 1e-12)
     model = Chattering(0.0, np.random.default_rng(8))
     model.parameters = (model.parameters[0], Parameter("b", "m", 0.0, 1.0, low=-0.5, high=7.0))
     model.jumping = jumping

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from discrepancy.held_out import carried
+from discrepancy.held_out import carried, held_place, held_places
 from discrepancy.jobs import Jobs
 from discrepancy.model import NONE, Hypothesis, Parameter, together
 from discrepancy.problem import Problem
@@ -56,3 +56,25 @@ def test_of_the_parameters_carried_the_machine_s_come_first() -> None:
         0,
         1,
     ]
+
+
+class TwoValleys(Straight):
+    """One window of a record with a number of its own, of which valleys lie near 0 and at 3, the second one deeper."""
+
+    def __init__(self) -> None:
+        super().__init__("ma")
+        self.counts, self.groups = np.full(1, 10), np.zeros(1, dtype=int)
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        z = jobs.points[jobs.point][:, 1:2]
+        return np.repeat(z**2 * (z - 3.0) ** 2 + 0.5 * np.abs(3.0 - z), 10, axis=1)
+
+
+def test_what_belongs_to_records_begins_where_others_have_it() -> None:
+    model = TwoValleys()
+    problem = Problem(model, NONE, frozen=True)
+    stated, other = (problem.point(np.array([0.0, z]), np.zeros((1, 0))) for z in (0.0, 3.01))
+    assert held_place(stated, model).z[1] == pytest.approx(0.0, abs=0.1)
+    assert held_place(stated, model, [other]).z[1] == pytest.approx(3.0, abs=0.1)
+    first, second = held_places([stated, stated], model, [other])
+    assert [first.z[1], second.z[1]] == pytest.approx([3.0, 3.0], abs=0.1)

@@ -72,6 +72,16 @@ def test_large_sizes_are_begun_from_within_a_factor_of_two(effect: str, measure:
     assert any(0.5 < start[0] / size < 2.0 for start in hypothesis.starts)
 
 
+@pytest.mark.parametrize("share", [0.3, 0.75])
+def test_a_bump_on_the_cam_is_looked_for_where_the_table_moves(share: float) -> None:
+    machine = dataclasses.replace(load_machine("reference"), motion_share=share)
+    (bump,) = library(machine, (), Seen(measures(machine, 157.0, None), 1000.0))["cam.profile_error"]
+    centre = next(p for p in bump.parameters if p.name.endswith("centre"))
+    places = sorted({start[1] / share for start in bump.starts})
+    assert 0.05 < places[0] < 0.15 and 0.85 < places[-1] < 1.0 and np.diff(places).max() < 0.1
+    assert (centre.low, centre.high) == (0.0, pytest.approx(share))
+
+
 @pytest.mark.parametrize("name", sorted(EFFECTS))
 def test_coefficients_are_those_of_the_machine_that_a_point_stands_for(name: str) -> None:
     """Built without the machine, they are the same bit for bit. Seed 3."""

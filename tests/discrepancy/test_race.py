@@ -1,6 +1,7 @@
 """The race for starts, and what begins anew: each step is needed by a case that goes wrong without it."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from discrepancy import race as racing
 from discrepancy.criteria import Criteria
+from discrepancy.fit import Fit
 from discrepancy.fits import Fits
 from discrepancy.jobs import Jobs
 from discrepancy.linearised import Start, neighbours
@@ -394,3 +396,27 @@ def test_of_starts_side_by_side_in_the_library_s_list_the_better_one_races(count
     assert sizes_of(racing._best_of_each(starts, count)) == sizes
     other = dataclasses.replace(starts[1], effect=dataclasses.replace(starts[1].effect, fixed={"order": 2.0}))
     assert racing._best_of_each([starts[0], other], 2) == [starts[0], other], "another choice is no neighbour"
+
+
+@pytest.mark.parametrize(
+    ("begun", "finished"), [(-math.inf, ["tone", "beat"]), (None, ["tone"]), (0.0, ["tone", "beat"])]
+)
+def test_after_a_few_steps_only_rivals_of_the_first_go_on(
+    begun: float | None, finished: list[str], monkeypatch
+) -> None:
+    """A tone is hidden, and a beat wins next to nothing; where the first one wins nothing either, both go on."""
+    model, more = Chord({"tone": 5.0}, 5), []
+    problem = Problem(model, NONE, caution=racing.CAUTION)
+    base = problem.point(np.zeros(1), np.zeros((8, 0)))
+    around = racing.Linearised(model, base, racing.CAUTION)
+    starts = [start for name in ("tone", "beat") for start in around.starts(effect(name, 3.0), [(3.0,)])]
+    fit = racing.fit
+
+    def counted(problem: Problem, place: Point, *, steps: int) -> Fit:
+        if steps == racing._MORE:
+            more.append(place.hypothesis.names[-1])
+        return fit(problem, place, steps=steps)
+
+    monkeypatch.setattr(racing, "fit", counted)
+    racing._fitted(model, starts, 2, begun=base.cost if begun is None else begun)
+    assert more == finished

@@ -94,7 +94,8 @@ class Wanted:
 
 @dataclass(frozen=True)
 class RecordDraw:
-    """One record: true point, turns of the table, load as stated, relative change of speed, what is done with it."""
+    """One record: true point, turns of the table, load as stated, relative change of speed, what is done with it, and
+    its number, the judging one's the last."""
 
     point: OperatingPoint
     turns: float
@@ -102,6 +103,7 @@ class RecordDraw:
     drift: float
     held_out: bool
     hum_phase: float
+    number: int = 0
 
     def samples(self, machine: Machine, rate: float) -> int:
         """Samples at a rate [Hz]."""
@@ -192,7 +194,8 @@ def _records(machines: Pair, rng: np.random.Generator) -> list[RecordDraw]:
     if not _enough(made[:count], stations):
         made = [replace(record, turns=TURNS[1]) for record in made]
     holds = rng.random() < 0.7 and made[0].turns * stations >= _LEAST_HELD and _enough(made[1:count], stations)
-    return [replace(made[0], held_out=holds), *made[1:count], made[-1]]
+    found = [replace(made[0], held_out=holds), *made[1:count], made[-1]]
+    return [replace(record, number=k) for k, record in enumerate(found)]
 
 
 def _enough(records: list[RecordDraw], stations: int) -> bool:

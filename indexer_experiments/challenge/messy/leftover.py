@@ -90,16 +90,20 @@ class Fit:
         Standard deviation of the sensor's noise [rad/s²].
     sensor : Sensor
         Through which the machine is seen, a linear chain.
+    held : bool
+        The machine is as it is; only what belongs to records and start states moves.
     """
 
     def __init__(
         self, machine: Machine, points: Sequence[OperatingPoint], motions: Sequence[np.ndarray], noise: float,
-        sensor: Sensor,
+        sensor: Sensor, *, held: bool = False,
     ) -> None:  # fmt: skip
-        self.machine, self.points, self.noise, self.sensor = machine, list(points), noise, sensor
+        self.machine, self.points, self.noise, self.sensor, self.held = machine, list(points), noise, sensor, held
         self.pieces = pieces_of(motions, machine.stations)
         self._columns = len(FITTED) + 3 * len(self.points)
         reach = np.full(self._columns, _REACH)
+        if held:
+            reach[: len(FITTED)] = 0.0
         for record in range(len(self.points)):
             # a drive angle and a speed are what the record shows
             reach[self._of_record(record)][1:] = math.inf
@@ -112,21 +116,37 @@ class Fit:
 
     def left(
         self, readings: Sequence[np.ndarray], motions: Sequence[np.ndarray], machine: Machine,
-        unlisted: Unlisted = NOTHING, *, before: Sequence[np.ndarray] = (), straight: bool = False,
+        unlisted: Sequence[Unlisted] = (), *, before: Sequence[np.ndarray] = (), straight: bool = False,
     ) -> float:  # fmt: skip
         """What the fit leaves of readings (n,) of disturbed runs (1 + STATES, n) of a machine, over the noise.
 
-        `before`, which a sensor with a high-pass needs: the turn (1 + STATES, m) before each run; `straight`: what the
-        first step promises to leave.
+        `unlisted`: what disturbs each run; `before`, which a sensor with a high-pass needs: the turn (1 + STATES, m)
+        before each; `straight`: what the first step promises to leave.
         """
+        return self._fitted(readings, motions, machine, unlisted, before, straight=straight)[0]
+
+    def reached(
+        self, readings: Sequence[np.ndarray], motions: Sequence[np.ndarray], machine: Machine,
+        unlisted: Sequence[Unlisted], before: Sequence[np.ndarray],
+    ) -> float:  # fmt: skip
+        """The same, of the best place that the fit came to, where steps may promise more."""
+        return self._fitted(readings, motions, machine, unlisted, before)[1]
+
+    def _fitted(
+        self, readings: Sequence[np.ndarray], motions: Sequence[np.ndarray], machine: Machine,
+        unlisted: Sequence[Unlisted], before: Sequence[np.ndarray], *, straight: bool = False,
+    ) -> tuple[float, float]:  # fmt: skip
+        """What the steps promise to leave at least, and what is left, over the noise."""
         if any(motions[p.record].shape[1] < p.first + p.samples for p in self.pieces):
             raise ValueError("a disturbed run must be as long as the undisturbed one")
         leads = [turn[0] for turn in before] or [_NOTHING_BEFORE] * len(motions)
         through = [read_running(self.sensor, m[0], lead, RATE) for m, lead in zip(motions, leads, strict=True)]
         beyond = [reading - seen for reading, seen in zip(readings, through, strict=True)]
-        disturbed = _Disturbed(motions, [plant(machine, point, unlisted) for point in self.points], beyond)
+        given = zip(self.points, unlisted or [NOTHING] * len(self.points), strict=True)
+        disturbed = _Disturbed(motions, [plant(machine, *one) for one in given], beyond)
         x, starts, slopes = np.zeros(self._columns), [np.zeros(s.start.shape[1]) for s in self._slopes], self._slopes
         missing, least = self._missing(x, starts, disturbed), math.inf
+        best = self._level(missing, slopes)
         for _ in range(_STEPS):
             step, promised = self._step(x, missing, slopes)
             least, had = min(promised, least), self._level(missing, slopes)
@@ -140,10 +160,11 @@ class Fit:
                 if reached < had:
                     break
             x, starts = to
+            best = min(best, reached)
             if reached > _WORTH * had or _STRAIGHT * promised <= reached <= promised / _STRAIGHT:
                 break
             slopes = [self._slopes_of(*place, piece) for piece, place in self._places(x, starts, disturbed)]
-        return least
+        return least, best
 
     def _step(self, x: np.ndarray, missing: Sequence[np.ndarray], slopes: Sequence[Slopes]) -> tuple[np.ndarray, float]:
         """The step of what is fitted to all pieces that leaves least in linear theory, and what it leaves."""
@@ -194,7 +215,8 @@ class Fit:
 
     def _slopes_of(self, machine: Machine, point: OperatingPoint, state: np.ndarray, piece: Piece) -> Slopes:
         by_all = np.zeros((piece.samples, self._columns))
-        by_all[:, : len(FITTED)] = self._seen(by_machine(machine, point, state, piece.samples))
+        if not self.held:
+            by_all[:, : len(FITTED)] = self._seen(by_machine(machine, point, state, piece.samples))
         by_all[:, self._of_record(piece.record)] = self._seen(by_record(machine, point, state, piece.samples))
         return Slopes(by_all, self._seen(by_start_state(machine, point, state, piece.samples)))
 

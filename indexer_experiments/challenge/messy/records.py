@@ -54,7 +54,7 @@ def true_record(case: MessyCase, record: RecordDraw) -> tuple[np.ndarray, Operat
     lead = lead_of(sensor, case.machine, record.point, rate)
     whole = run(case.machine, record.point, samples, rate, case.unlisted(record), lead=lead)
     motion = whole[:, lead:]
-    reading = read_of(motion, case.readers(), sensor, rate, before=whole[:, :lead])
+    reading = read_of(motion, case.readers(record), sensor, rate, before=whole[:, :lead])
     return reading, seen(case.machine, record.point, motion, rate)
 
 

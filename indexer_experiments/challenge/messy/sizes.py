@@ -82,13 +82,11 @@ class MessyCase:
         """All disturbances and the drift of the speed in one record."""
         duration = record.turns * self.drawn.machines.truth.turn_duration(record.point)
         chosen = [(d.wanted, d.size) for d in self.disturbances]
-        return unlisted_of(chosen, scene_of(self.drawn), seed_of(self.drawn))._replace(
-            drift=record.drift, drift_time=duration
-        )
+        return unlisted_of(chosen, self.drawn, record)._replace(drift=record.drift, drift_time=duration)
 
-    def readers(self) -> list[Reader]:
-        """What the disturbances do to a reading."""
-        return readers_of([(d.wanted, d.size) for d in self.disturbances], self.drawn)
+    def readers(self, record: RecordDraw) -> list[Reader]:
+        """What the disturbances do to a reading of one record."""
+        return readers_of([(d.wanted, d.size) for d in self.disturbances], self.drawn, record)
 
 
 def messy_case(drawn: MessyDraw) -> MessyCase:
@@ -105,31 +103,36 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
     points = [record.point for record in fitted]
     counts = [record.samples(truth, RATE) for record in fitted]
 
-    def runs_of(machine: Machine, unlisted: Unlisted = NOTHING, *sensors: Sensor) -> tuple[list[np.ndarray], ...]:
+    nothing = [NOTHING for _ in points]
+
+    def runs_of(machine: Machine, unlisted: Sequence[Unlisted], *sensors: Sensor) -> tuple[list[np.ndarray], ...]:
         """Runs, and as much of the turn before each as these sensors need."""
         runs, before = [], []
-        for point, n in zip(points, counts, strict=True):
+        for point, n, others in zip(points, counts, unlisted, strict=True):
             lead = max((lead_of(sensor, machine, point, RATE) for sensor in sensors), default=0)
-            whole = coarse_run(machine, point, n, unlisted, lead)
+            whole = coarse_run(machine, point, n, others, lead)
             runs.append(whole[:, lead:])
             before.append(whole[:, :lead])
         return runs, before
 
-    motions, _ = runs_of(truth)
+    motions, _ = runs_of(truth, nothing)
     noise = drawn.noise * float(np.sqrt(np.mean(motions[0][0] ** 2)))
 
     def beside(present: Sequence[Effect]) -> Level:
         """What effects and disturbances leave on the machine that has some effects already."""
         machine, sensor = with_effects(truth, present)
-        fit = Fit(machine, points, runs_of(machine)[0] if machine is not truth else motions, noise, sensor)
+        fit = Fit(machine, points, runs_of(machine, nothing)[0] if machine is not truth else motions, noise, sensor)
 
         def level(
             effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]], *, straight: bool = False
         ) -> float:
             disturbed, seen_by = with_effects(truth, [*present, *effects])
-            unlisted, readers = unlisted_of(chosen, scene_of(drawn), seed_of(drawn)), readers_of(chosen, drawn)
+            unlisted = [unlisted_of(chosen, drawn, record) for record in fitted]
             runs, before = runs_of(disturbed, unlisted, sensor, seen_by)
-            readings = [read_of(run, readers, seen_by, before=turn) for run, turn in zip(runs, before, strict=True)]
+            readings = [
+                read_of(run, readers_of(chosen, drawn, record), seen_by, before=turn)
+                for run, turn, record in zip(runs, before, fitted, strict=True)
+            ]
             return fit.left(readings, runs, disturbed, unlisted, before=before, straight=straight)
 
         return level
@@ -250,21 +253,23 @@ def seed_of(drawn: MessyDraw) -> float:
     return float(drawn.seeds[0].generate_state(1)[0] % 1000)
 
 
-def unlisted_of(chosen: Sequence[tuple[Wanted, float]], scene: Scene, seed: float) -> Unlisted:
-    """The numbers of disturbances with their sizes."""
-    fields: dict[str, Any] = {"seed": seed}
+def unlisted_of(chosen: Sequence[tuple[Wanted, float]], drawn: MessyDraw, record: RecordDraw) -> Unlisted:
+    """The numbers of disturbances with their sizes in one record."""
+    fields: dict[str, Any] = {"seed": seed_of(drawn), "record": float(record.number)}
+    scene = scene_of(drawn)
     for wanted, size in chosen:
         if wanted.kind.fields is not None:
             fields |= wanted.kind.fields(size, wanted.shape, scene)
     return NOTHING._replace(**fields)
 
 
-def readers_of(chosen: Sequence[tuple[Wanted, float]], drawn: MessyDraw) -> list[Reader]:
-    """What disturbances do to a reading; shocks are the same ones whatever their size."""
+def readers_of(chosen: Sequence[tuple[Wanted, float]], drawn: MessyDraw, record: RecordDraw) -> list[Reader]:
+    """What disturbances do to a reading of one record; its shocks are the same ones whatever their size."""
     found = []
+    seed = (int(drawn.seeds[0].generate_state(1)[0]), record.number)
     for wanted, size in chosen:
         if wanted.kind.reader is not None:
-            found.append(wanted.kind.reader(size, wanted.shape, scene_of(drawn), np.random.default_rng(drawn.seeds[0])))
+            found.append(wanted.kind.reader(size, wanted.shape, scene_of(drawn), np.random.default_rng(seed)))
     return found
 
 

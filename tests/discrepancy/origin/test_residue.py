@@ -65,17 +65,24 @@ def test_evidence_prefers_the_variable_that_orders_the_residual() -> None:
 
 
 def test_a_cause_that_is_a_part_of_the_noise_is_not_found_again() -> None:
-    """Seed 4; the products by which lines are looked for are those of what is left."""
+    """Seed 4; the products by which lines are looked for are those of what is left, and what is seen of a third cause
+    beside two is the same at once and step by step."""
     rng = np.random.default_rng(4)
     first, second = rng.standard_normal((8, 200, 3)), rng.standard_normal((8, 200, 2))
     residue = Residue(laid(rng.standard_normal((8, 200)) + 2.0 * first[..., 0] + 0.5 * second[..., 0]))
     columns = residue.clean(first)
     won, scale = residue.evidence(columns)
     left = residue.without(columns, scale)
-    assert won > 100.0 and left.evidence(left.seen_through(columns))[0] < 3.0
-    other = left.seen_through(left.clean(second))
+    assert won > 100.0 and left.evidence(columns)[0] < 3.0
+    other = residue.clean(second)
     assert left.evidence(other)[0] > 50.0
-    assert np.einsum("wn,wnk->k", left.before(), second) == pytest.approx(other.T @ left.y)
+    assert np.einsum("wn,wnk->k", left.before(), second) == pytest.approx(left.seen(other).pulls)
+    least, third = left.without(other, left.evidence(other)[1]), residue.clean(rng.standard_normal((8, 200, 4)))
+    at_once, stepwise = least.seen(third), least.seen_further(left.seen(third))
+    straight = least.without(third, 1.0).y @ least.without(third, 1.0).y  # the third one taken out by its own columns
+    inner = np.linalg.solve(np.eye(4) + at_once.products, at_once.pulls)
+    assert straight == pytest.approx(least.y @ least.y - at_once.pulls @ inner)
+    assert at_once.products == pytest.approx(stepwise.products) and at_once.pulls == pytest.approx(stepwise.pulls)
 
 
 def bent(residual: np.ndarray, by_global: np.ndarray, at: np.ndarray) -> Laid:

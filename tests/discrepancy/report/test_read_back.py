@@ -63,7 +63,9 @@ def test_sizes_are_those_of_the_findings(outcome: Outcome) -> None:
     (finding,) = [one for one in outcome.answer.findings if one.name == "tone"]
     size = finding.effects[0].parameters[0]
     (shown,) = re.findall(r'<td class="name">size</td><td>([\d.]+) N, ([\d.]+) to ([\d.]+)', page_of(outcome))
-    assert [float(one) for one in shown] == pytest.approx([size.value, size.low, size.high], rel=0.01)
+    assert [float(one) for one in shown] == pytest.approx([size.value, size.low, size.high], rel=0.05), (
+        "as far as known"
+    )
 
 
 def test_a_bound_that_holds_a_number_is_told(outcome: Outcome) -> None:

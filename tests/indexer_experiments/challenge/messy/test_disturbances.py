@@ -20,8 +20,10 @@ from indexer_experiments.challenge.messy.disturbances import (
     Scene,
     disturbance_table,
 )
+from indexer_experiments.challenge.messy.draw import MessyOrder, Wanted, messy_draw
+from indexer_experiments.challenge.messy.sizes import readers_of
 from indexer_experiments.challenge.truth import resumed
-from indexer_experiments.challenge.unlisted import NOTHING, chance
+from indexer_experiments.challenge.unlisted import NOTHING, chance, on_table, table_inertia, wandering
 
 TURN = 2.0 * math.pi
 MACHINE = load_machine("smooth")
@@ -187,6 +189,29 @@ def test_the_solver_gives_the_same_with_play(name: str) -> None:
     changes = np.abs(expected - by_solver(None, machine, 350)).max()
     assert np.abs(found - by_solver(name, MACHINE, 350)).max() > 0.05 * found.std()
     assert np.abs(found - expected).max() < 5e-3 * changes
+
+
+def test_what_is_random_over_time_differs_between_records_and_stations_do_not() -> None:
+    """Of two records that begin alike; in the third the first one's seed comes again."""
+    state = np.zeros(13)
+    u = NOTHING._replace(seed=SEED, stations=4.0, stick=1.0, sticking=0.5, walk=1.0, walk_time=0.3, inertia=0.1)
+    state[3], other = 1.0, u._replace(record=1.0)
+    sticks = [[on_table(one, state, float(turn)) > 0.5 for turn in range(40)] for one in (u, other, u)]
+    kicks = [[wandering(one, np.r_[state[:8], 0.0025 * k, state[9:]]) for k in range(1, 9)] for one in (u, other, u)]
+    for first, second, again in (sticks, kicks):
+        assert first == again and first != second
+    assert 12 < sum(sticks[1]) < 28
+    assert [table_inertia(u, 5.0, turn) for turn in range(4)] == [table_inertia(other, 5.0, turn) for turn in range(4)]
+
+
+def test_shocks_differ_between_records() -> None:
+    drawn = messy_draw(MessyOrder(1, 3, "tune"), 0)
+    wanted = Wanted("base.shock", {name: sum(law) / 2 for name, law in DISTURBANCES["base.shock"].shape.items()})
+    still, readings = np.zeros(4000), []
+    for number in (0, 1, 0):
+        (reader,) = readers_of([(wanted, 1.0)], drawn, dataclasses.replace(drawn.records[0], number=number))
+        readings.append(reader(still, still, 1000.0))
+    assert np.array_equal(readings[0], readings[2]) and not np.array_equal(readings[0], readings[1])
 
 
 def test_halves_ask_the_same_of_a_method() -> None:

@@ -148,8 +148,8 @@ def test_all_sizes_leave_what_was_drawn(case: MessyCase) -> None:
         coarse_run(case.machine, r.point, n, case.unlisted(r)._replace(drift=0.0))
         for r, n in zip(drawn.records, counts, strict=True)
     ]
-    read = [read_of(run, case.readers(), Sensor()) for run in runs]
-    unlisted = case.unlisted(drawn.records[0])._replace(drift=0.0)
+    read = [read_of(run, case.readers(r), Sensor()) for run, r in zip(runs, drawn.records, strict=True)]
+    unlisted = [case.unlisted(r)._replace(drift=0.0) for r in drawn.records]
     beside = fit.left(read, runs, case.machine, unlisted)
     assert beside == pytest.approx(drawn.disturbed, rel=0.26), "beside the hidden effects"
 
