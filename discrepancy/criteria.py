@@ -26,7 +26,8 @@ class Criteria:
         were run again: `slight`, `law`, another cause or one record keep the name from all.
     written : float
         Least share of the nominal machine's gap that a calibrated one closes, on each record held out in which more
-        than `at_noise` remains, to be written; else the nominal one is, with the effects that are named.
+        than `at_noise` remains, to be written; else, or where it leaves more than `at_noise` above what the named
+        effects alone leave of one, the nominal one is, with the effects that are named.
     slight : float
         Mean square that an effect closes over what the one closes that closes most, below which it gets no name: a law
         of that one that is right to a seventh leaves as much. Two effects that are known to look alike are told apart

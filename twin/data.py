@@ -105,7 +105,7 @@ def fault_laws(faults: Sequence[Fault], machine: Machine, smallest: float | None
     log-uniform from it to the largest."""
     laws: dict[str, Any] = {}
     for fault in faults:
-        largest = min(1.0, fault.most) * fault.largest(machine)
+        largest = fault.simulated * fault.largest(machine)
         lowest = -largest if fault.signed else 0.0
         size: dict[str, Any] = {
             "choice": [{"uniform": [lowest, largest]}, {"uniform": [_SMALL * lowest, _SMALL * largest]}]

@@ -73,6 +73,11 @@ class Fault:
     motor_speed: float = REFERENCE_MOTOR_SPEED
     before: float = 0.0
 
+    @property
+    def simulated(self) -> float:
+        """The largest size t that is simulated and taught."""
+        return min(1.0, self.most)
+
     def largest(self, machine: Machine) -> float:
         """The effect's parameter at t = 1 [SI]."""
         return self.reach(machine, self.motor_speed)

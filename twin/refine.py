@@ -22,7 +22,7 @@ from safetensors.numpy import load_file, save_file
 from indexer_env import OperatingPoint
 from twin.descend import again, descended
 from twin.synthesis import Synthesis
-from twin.work import LARGEST, STEP, Work
+from twin.work import STEP, Work
 
 POSSIBLE = -4.0
 """Logit above which a fault is thought possible: 2 %."""
@@ -135,8 +135,8 @@ def _fitted(of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told
     for row, order in zip(possible, ranked, strict=True):
         row[order[_MOST:]] = False
     sign = np.where([fault.signed for fault in of.faults], np.sign(told["size"]), 1.0)
-    most = np.array([min(LARGEST, fault.most) for fault in of.faults])
-    size = sign * np.minimum(np.clip(sign * told["size"], STEP, LARGEST), most)
+    most = np.array([fault.simulated for fault in of.faults])
+    size = sign * np.clip(sign * told["size"], STEP, most)
     station = np.argmax(told["station"], axis=1) if "station" in told else np.zeros(n, dtype=int)
     chance = of.chance(x)
     work = Work(of, of.seen(x), points, possible, station, chance=chance)

@@ -81,7 +81,7 @@ class Work:
         self.free = np.concatenate([possible, possible[:, self.phased], own], axis=1)
         signed = np.array([fault.signed for fault in of.faults])
         self.low = np.concatenate([np.where(signed, -LARGEST, 0.0), np.full(p, -math.inf), np.full(g, -_WIDEST)])
-        most = np.array([min(LARGEST, fault.most) for fault in of.faults])
+        most = np.array([fault.simulated for fault in of.faults])
         self.high = np.concatenate([most, np.full(p, math.inf), np.full(g, _WIDEST)])
         self.step = np.array([STEP] * f + [_TURN_STEP] * p + [_OWN_STEP] * g)
         self.stride = np.array([_STRIDE] * (f + p) + [_OWN_STRIDE] * g)

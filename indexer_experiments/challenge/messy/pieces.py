@@ -159,11 +159,6 @@ def _under_the_same_torque(d: float, of: Joint, rho_of: float, to: Joint, rho_to
     return math.copysign(0.5 * to.g + float(roots[np.isreal(roots)].real.max()), d)
 
 
-def local_basis(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:
-    """Orthonormal basis (samples, l) of what a piece changes by with its start state."""
-    return np.linalg.qr(by_start_state(machine, point, state, samples))[0]
-
-
 def left_open(here: Plant) -> tuple[tuple[int, float], ...]:
     """Places of a start state that nothing tells, and the step of each."""
     return (*_LOCAL, *(_ON_ITS_BASE if here.loose else ()), *(_SLIPPING if here.slip else ()))
