@@ -45,9 +45,9 @@ class Criteria:
         Effects that close no more of the nominal machine's gap in any record held out are not written with it.
     span : float or None
         Factor between the ends of the 95 % interval of an effect's size, both taken from no effect, that a name may
-        have; 3.5 is a size of some 4.5 standard errors. By so little that hardly anything determines it an effect fits
-        itself to what no library holds. As intervals are now, a factor of 2.5 to 3.5 would keep some right names out
-        and one wrong one in 964 cases of the challenge's judging half. None: any.
+        have; with intervals as wide as they are, 3.5 is a size of some five standard errors. By so little that hardly
+        anything determines it an effect fits itself to what no library holds. Of 964 cases of the challenge's judging
+        half a bound of 3.25 kept six right names and one wrong one out that one of some 4 would let in. None: any.
     hint : float
         The same share below which an effect is not even told as standing in for something.
     at_noise : float

@@ -30,15 +30,27 @@ _LEAST_WINDOWS = 4
 
 def held_places(fitted: Sequence[Point], held_out: Model, found: Sequence[Point] = ()) -> list[Point]:
     """The physics of places on the records held out. What one of them, or of those `found` there before, has of the
-    windows' start states is tried by all: a state that was missed must not decide."""
+    records and of the windows' start states is tried by all: a state that was missed must not decide."""
     places: list[Point] = []
     for place in fitted:
         places.append(held_place(place, held_out, [*found, *places]))
     pooled = []
     for place in places:
-        problem = Problem(held_out, place.hypothesis, frozen=True)
-        pooled.append(fit(problem, problem.pooled(place, [*places, *found]), steps=_MORE).place)
+        problem, others = Problem(held_out, place.hypothesis, frozen=True), [*places, *found]
+        begun = [problem.pooled(place, others), *_as_of(others, problem, place.z)]
+        pooled.append(fit(problem, min(begun, key=lambda p: p.cost), steps=_MORE).place)
     return pooled
+
+
+def _as_of(others: Sequence[Point], problem: Problem, z: np.ndarray) -> list[Point]:
+    """Places of a problem with the physics of z (g,) and all else as other places on its records have it."""
+    of_records = [k for k, p in enumerate(problem.model.parameters) if p.of_record]
+    made = []
+    for other in others:
+        there = z.copy()
+        there[of_records] = other.z[of_records]
+        made.append(problem.point(there, problem.model.states_for(problem.hypothesis, other.states)))
+    return made
 
 
 def carried(place: Point, problem: Problem) -> np.ndarray:
@@ -73,12 +85,7 @@ def held_place(place: Point, held_out: Model, found: Sequence[Point] = ()) -> Po
     problem = Problem(held_out, place.hypothesis, frozen=True)
     z = carried(place, problem)
     states = np.zeros((len(held_out.counts), held_out.local_count(place.hypothesis)))
-    begun = [problem.searched(problem.point(z, states))]
-    of_records = [k for k, p in enumerate(held_out.parameters) if p.of_record]
-    for other in found:
-        there = z.copy()
-        there[of_records] = other.z[of_records]
-        begun.append(problem.point(there, held_out.states_for(place.hypothesis, other.states)))
+    begun = [problem.searched(problem.point(z, states)), *_as_of(found, problem, z)]
     return fit(problem, min(begun, key=lambda p: p.cost), steps=_STEPS, thorough=True).place
 
 

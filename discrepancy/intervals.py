@@ -53,9 +53,9 @@ _BENT, _BENDING = 0.05, 16.0
 intervals of the machine held the truth in 289 of 312 without it and in 299 with it, 8 % wider."""
 
 _SIZE_BENT = 0.1
-"""The same odds for an effect's size. With 0.05 intervals of sizes held the truth in 352 of 366 without a disturbance
-and in 776 of 878 with one (three seeds of the messy judging half), in 83 % where it leaves least and D tells nothing of
-it; as much wider as 0.1 makes them they hold in 97 and 93 %."""
+"""The same odds for an effect's size. With 0.05 intervals of sizes held the truth in 352 of 366 cases without a
+disturbance and in 776 of 878 with one (three seeds of the messy judging half), in 83 % where the disturbance is small
+and D does not show it; widened by odds of 0.1 they hold in 97 and 93 %."""
 
 _LEAST_SHARE = 1e-4
 """Probability below which a D with a bent parameter is left out."""

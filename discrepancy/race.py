@@ -2,9 +2,9 @@
 
 Successive halving (Jamieson and Talwalkar, AISTATS 2016): every start of the library is judged by what the
 linearisation promises of it, the best ones of each effect by what they leave in the worst windows once these have
-looked for their start states anew, proposals around the leaders likewise, the survivors by a few joint steps, half of
-them by more. Either judge alone is misled: the linearisation where an effect changes the order of contacts, the worst
-windows where an effect spares them.
+looked for their start states anew, proposals around the leaders likewise, the survivors by a few joint steps, of the
+better half the first one and its rivals by more. Either judge alone is misled: the linearisation where an effect
+changes the order of contacts, the worst windows where an effect spares them.
 """
 
 from __future__ import annotations
@@ -121,7 +121,8 @@ def race(
     by_windows = _best_of_each([start for _, start in sorted(judged, key=itemgetter(0))], _OF_ONE)
     by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
     survivors = _best_of_each(_in_turns(by_windows, by_promise), _OF_ONE)[: criteria.fits]
-    return _fitted(model, survivors, math.ceil(len(survivors) / 2), in_time, base.cost)
+    begun = Problem(model, base.hypothesis, caution=CAUTION).adopted(base).cost
+    return _fitted(model, survivors, math.ceil(len(survivors) / 2), in_time, begun)
 
 
 def restarted(
@@ -245,8 +246,8 @@ def _fitted(
     model: Model, starts: Sequence[Start], finished: int, in_time: Callable[[], bool] = lambda: True,
     begun: float = -math.inf,
 ) -> list[Point]:  # fmt: skip
-    """The best place of each effect after a few joint steps from every start and more from the best ones; where the
-    first one wins something of what it cost when it was `begun`, from its rivals alone."""
+    """The best place of each effect after a few joint steps from every start and more from the best ones. Where the
+    first one costs less than the set did before the effect was added, `begun`, only its rivals take more."""
     tried: list[tuple[str, Point]] = []
     for start in starts:
         if tried and not in_time():

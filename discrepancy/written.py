@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -46,29 +45,33 @@ def written(
 ) -> Written:  # fmt: skip
     """The machine as it is told, with parameters at a bound at nominal and the others fitted again. What is missing has
     bent the parameters towards it where much remains of a record held out, or where the named effects alone leave less
-    of one: then the nominal machine with these effects as they were found, or without them where they do not serve
-    there. Start states on the records held out begin at the place `held`; `floor` is the mean square there that does
-    not repeat. The effects `named` may have been judged beside others, with other sizes."""
+    of one and no more of the others: then the nominal machine with these effects as they were found, or without them
+    where they do not serve there. Start states on the records held out begin at the place `held`; `floor` is the mean
+    square there that does not repeat. The effects `named` may have been judged beside others, with other sizes."""
     calibrated, at_nominal = _within_bounds(model, told)
     problem = Problem(model, NONE)
     nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, calibrated.states))
-    effects = calibrated.hypothesis.effects
-    bare = [_at_nominal(model, told.believed)] if effects else []
-    there, without, *beside = held_places([calibrated, nominal, *bare], held_out, [held])
-    rows = _left(there, without, held_out, floor, criteria)
-    with_named = [_left(one, without, held_out, floor, criteria) for one in beside]
-    why = _against(rows, effects, criteria, with_named)
+    there, without = held_places([calibrated, nominal], held_out, [held])
+    effects, share, bare = calibrated.hypothesis.effects, 1.0 - criteria.written, None
+    rows = _left(there, without, held_out, floor, share)
+    why = _against(rows, effects, criteria)
+    if effects and (why or any(left >= criteria.at_noise for _, left, _ in rows)):
+        bare = _at_nominal(model, told.believed)
+        (alone,) = held_places([bare], held_out, [there, without])
+        if _serves(_left(alone, without, held_out, floor, share), criteria):
+            why = why or _beaten(_left(there, alone, held_out, floor, 1.0), criteria)
+        else:
+            bare = None
     if not why:
         remarks = tuple(
             f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
             for name in at_nominal
         )
         return Written(calibrated, "", (*remarks, *_told_otherwise(named, told)))
-    for place, left in zip(bare, with_named, strict=True):
-        if _serves(left, criteria):
-            which = "This is the nominal machine with what is named"
-            remarks = (f"{which}. The calibrated one is held back: {why}.", *_told_otherwise(named, told))
-            return Written(place, why, remarks)
+    if bare is not None:
+        which = "This is the nominal machine with what is named"
+        remarks = (f"{which}. The calibrated one is held back: {why}.", *_told_otherwise(named, told))
+        return Written(bare, why, remarks)
     return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
 
 
@@ -80,14 +83,14 @@ def _at_nominal(model: Model, place: Point) -> Point:
 
 
 _Left = list[tuple[int, float, float]]
-"""Record, and mean squares above what does not repeat, over it, that a machine and the nominal one leave of it."""
+"""Record, and mean squares above what does not repeat, over it, that a machine and another one leave of it."""
 
 
-def _left(place: Point, nominal: Point, held_out: Model, floor: float, criteria: Criteria) -> _Left:
-    """What a machine and the nominal one leave of each record held out."""
-    place = Problem(held_out, place.hypothesis, frozen=True).pooled(place, [nominal])
-    kept = counted(place, nominal, held_out, 1.0 - criteria.written)
-    places = place, nominal
+def _left(place: Point, other: Point, held_out: Model, floor: float, share: float) -> _Left:
+    """What a machine and another one leave of each record held out, in the windows that are `counted`."""
+    place = Problem(held_out, place.hypothesis, frozen=True).pooled(place, [other])
+    kept = counted(place, other, held_out, share)
+    places = place, other
     samples = [held_out.told(one.hypothesis, one.z) for one in places]
     found = []
     for g in np.unique(held_out.groups[kept]).tolist():
@@ -135,11 +138,10 @@ def _held(parameter: Parameter, z: float) -> bool:
     return not parameter.of_record and parameter.held(z)
 
 
-def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria, with_named: Sequence[_Left] = ()) -> str:
+def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria) -> str:
     """What speaks against a calibrated machine; "" where nothing does. What is missing has bent the parameters towards
-    it, and at another speed or load they may predict worse than the nominal ones do, alone or, by more than what is
-    taken for noise, `with_named` effects. Where an effect is named, a record that is left at the noise does not show
-    it, and says nothing of which is better."""
+    it, and at another speed or load they may predict worse than the nominal ones. Where an effect is named, a record
+    that is left at the noise does not show it, and says nothing of which is better."""
     for g, left, open_ in rows:
         record = f"record {g + 1} of those held out"
         if left > open_ and (left >= criteria.at_noise or not effects):
@@ -149,9 +151,15 @@ def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria, wit
                 f"it closes {100.0 * (1.0 - left / open_):.0f} % of the gap that the nominal machine leaves of "
                 f"{record}, where {100.0 * criteria.written:.0f} % are needed"
             )
-    alone = {g: left for same in with_named for g, left, _ in same}
-    for g, left, _ in rows:
-        if left >= criteria.at_noise + max(alone.get(g, math.inf), 0.0):
-            record = f"record {g + 1} of those held out"
-            return f"it predicts {record} worse than the nominal machine does with what is named"
     return ""
+
+
+def _beaten(rows: _Left, criteria: Criteria) -> str:
+    """What speaks for the nominal machine with what is named, given what the calibrated one and that one leave: it
+    leaves less of a record and of none more, by `at_noise`."""
+    better = [g for g, left, other in rows if left - max(other, 0.0) >= criteria.at_noise]
+    if not better or any(other - max(left, 0.0) >= criteria.at_noise for _, left, other in rows):
+        return ""
+    return (
+        f"it predicts record {better[0] + 1} of those held out worse than the nominal machine does with what is named"
+    )

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 _PLACES = tuple(0.1 + 0.07 * k for k in range(13))
-"""Shares of the motion at which a bump is looked for."""
+"""Cam phases at which a bump is looked for, over the one at which the table comes to rest."""
 
 
 @register

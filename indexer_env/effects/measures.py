@@ -5,7 +5,7 @@ With the motion law's largest |β'| and |β''| over a cam turn and ω the cam's 
     torque T = J_t |β''| ω²      speed = |β'| ω      deflection = T/k2
     input deflection = T |β'|/k1 + |β''| (ω/ω_m)²/|β'|: what bends joint 1 as the motion does, and what shakes the table
     as much once per motor turn, at ω_m
-    motion = the share of the cam turn in which the table moves
+    motion = the cam phase [turns] at which the table comes to rest
 
 Inertias, stiffnesses, dampings and loads times one factor change T, k1 and k2 alike, and nothing that is measured in
 them.
@@ -18,6 +18,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from indexer_env.law_table import law_table
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
@@ -47,6 +49,6 @@ def measures(machine: Machine, motor_speed: float, radius: float | None = None) 
         1.0, torque, torque / speed, speed, deflection, at_input, at_input / machine.reduction,
         motor_speed / (machine.reduction * torque * slope), 1.0 / machine.output_joint.stiffness,
         machine.output_joint.stiffness / deflection**2, period, period**2, seen, seen * cam / (2.0 * math.pi), cam,
-        machine.motion_share,
+        law_table(machine.motion_law, machine.stations, machine.motion_share).motions[-1][1],
     )  # fmt: skip
     return dict(zip(MEASURES, values, strict=True))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from discrepancy import held_out
 from discrepancy.held_out import carried, held_place, held_places
 from discrepancy.jobs import Jobs
 from discrepancy.model import NONE, Hypothesis, Parameter, together
@@ -77,4 +78,15 @@ def test_what_belongs_to_records_begins_where_others_have_it() -> None:
     assert held_place(stated, model).z[1] == pytest.approx(0.0, abs=0.1)
     assert held_place(stated, model, [other]).z[1] == pytest.approx(3.0, abs=0.1)
     first, second = held_places([stated, stated], model, [other])
+    assert [first.z[1], second.z[1]] == pytest.approx([3.0, 3.0], abs=0.1)
+
+
+def test_the_first_place_held_out_begins_where_a_later_one_has_it_too(monkeypatch) -> None:
+    """The first one ends in the valley near 0, where it begins, and the second one at 3."""
+    model = TwoValleys()
+    problem = Problem(model, NONE, frozen=True)
+    stated, other = (problem.point(np.array([0.0, z]), np.zeros((1, 0))) for z in (0.0, 3.01))
+    each = iter([stated, other])
+    monkeypatch.setattr(held_out, "held_place", lambda place, model, found: next(each))
+    first, second = held_places([stated, stated], model)
     assert [first.z[1], second.z[1]] == pytest.approx([3.0, 3.0], abs=0.1)

@@ -3,9 +3,9 @@ and at those of the records held out.
 
 The gap is what a machine leaves of that record's true reading, without noise: rms over the noise, cam turn by cam turn,
 each resumed in the state of the true machine's joints, once the record's load, drive angle and speed, within what is
-known of them, and the start states are fitted (`leftover`). A record's load is stated up to 10 % wrong, and of a
-machine whose inertias, stiffnesses and loads all are 5 % larger than they should be no record shows that. A method's
-own held-out gap is not used: it may be measured by its own idea of the noise.
+known of them, and the start states are fitted (`leftover`). A record's load is stated up to 10 % wrong, and no record
+shows that all inertias, stiffnesses and loads are 5 % too large. A method's own held-out gap is not used: it may be
+measured by its own idea of the noise.
 """
 
 from __future__ import annotations
@@ -42,8 +42,7 @@ class Judge:
     def gap(self, machine: Machine, sensor: Sensor) -> float:
         """What a machine and sensor leave, over the noise; infinite for a machine that cannot run."""
         try:
-            own = coarse_run(machine, self._point, self._motion.shape[1])
-            fit = Fit(machine, [self._point], [own], self._noise, _without_hum(sensor), held=True)
+            fit = Fit(machine, [self._point], [self._motion], self._noise, _without_hum(sensor), held=True)
             return fit.reached([self._reading], [self._motion], self._machine, [self._unlisted], [self._before])
         except (ParameterError, SimulationError):
             return math.inf

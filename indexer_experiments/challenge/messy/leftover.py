@@ -85,7 +85,8 @@ class Fit:
     points : sequence of OperatingPoint
         Of each record.
     motions : sequence of ndarray (1 + STATES, n)
-        Runs of the machine at these points, at `RATE`.
+        Runs of the machine at these points, at `RATE`; of a machine that is held those of the disturbed one, of which
+        its pieces are cut.
     noise : float
         Standard deviation of the sensor's noise [rad/s²].
     sensor : Sensor
@@ -108,10 +109,10 @@ class Fit:
             # a drive angle and a speed are what the record shows
             reach[self._of_record(record)][1:] = math.inf
         self._reach = reach
-        states = [motions[piece.record][1:, piece.first] for piece in self.pieces]
+        states = [] if held else [motions[piece.record][1:, piece.first] for piece in self.pieces]
         self._slopes = [
             self._slopes_of(self.machine, self.points[piece.record], state, piece)
-            for piece, state in zip(self.pieces, states, strict=True)
+            for piece, state in zip(self.pieces, states, strict=False)
         ]
 
     def left(
@@ -144,7 +145,9 @@ class Fit:
         beyond = [reading - seen for reading, seen in zip(readings, through, strict=True)]
         given = zip(self.points, unlisted or [NOTHING] * len(self.points), strict=True)
         disturbed = _Disturbed(motions, [plant(machine, *one) for one in given], beyond)
-        x, starts, slopes = np.zeros(self._columns), [np.zeros(s.start.shape[1]) for s in self._slopes], self._slopes
+        x, open_ = np.zeros(self._columns), [left_open(plant(self.machine, point)) for point in self.points]
+        starts = [np.zeros(len(open_[piece.record])) for piece in self.pieces]
+        slopes = self._slopes or [self._slopes_of(*at, piece) for piece, at in self._places(x, starts, disturbed)]
         missing, least = self._missing(x, starts, disturbed), math.inf
         best = self._level(missing, slopes)
         for _ in range(_STEPS):

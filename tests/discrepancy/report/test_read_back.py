@@ -15,7 +15,7 @@ from discrepancy.form import Form
 from discrepancy.gap import Gap, Share
 from discrepancy.locate.result import Cell
 from discrepancy.next_measurement import Separation
-from discrepancy.report import content, figures, report_files
+from discrepancy.report import content, figures, report_files, words
 from discrepancy.table import Table
 from indexer_env.effects.spline import Axis
 from tests.discrepancy.toy import ChordSubject, effect
@@ -63,9 +63,8 @@ def test_sizes_are_those_of_the_findings(outcome: Outcome) -> None:
     (finding,) = [one for one in outcome.answer.findings if one.name == "tone"]
     size = finding.effects[0].parameters[0]
     (shown,) = re.findall(r'<td class="name">size</td><td>([\d.]+) N, ([\d.]+) to ([\d.]+)', page_of(outcome))
-    assert [float(one) for one in shown] == pytest.approx([size.value, size.low, size.high], rel=0.05), (
-        "as far as known"
-    )
+    assert list(shown) == [words.number(value, size) for value in (size.value, size.low, size.high)]
+    assert [float(one) for one in shown] == pytest.approx([size.value, size.low, size.high], rel=0.05)
 
 
 def test_a_bound_that_holds_a_number_is_told(outcome: Outcome) -> None:

@@ -27,6 +27,7 @@ from indexer_experiments.challenge.messy.records import correlated, true_record,
 from indexer_experiments.challenge.messy.score import answered as has_answer
 from indexer_experiments.challenge.messy.score import messy_table
 from indexer_experiments.challenge.messy.sizes import Hidden, MessyCase
+from indexer_experiments.challenge.parameters import changed, read
 
 
 def small(**given: object) -> MessyCase:
@@ -91,6 +92,17 @@ def test_the_true_machine_leaves_nothing_and_the_nominal_one_does() -> None:
     assert judge.gap(case.machine, Sensor(gain=1.1)) > 0.5
     absurd = dataclasses.replace(case.machine, model="A")
     assert judge.gap(absurd, Sensor()) == np.inf
+
+
+def test_a_machine_that_is_too_heavy_throughout_is_no_worse() -> None:
+    """All inertias, stiffnesses and dampings 5 % too large, which with another load moves alike; not so one inertia."""
+    case = dataclasses.replace(small(), hidden=())
+    judge = Judge(case, case.drawn.judging)
+    truth = case.machine
+    scaled = [name for name in FITTED if not name.endswith("backlash")]
+    heavier = changed(truth, {name: 1.05 * read(truth, name) for name in scaled})
+    assert judge.gap(heavier, Sensor()) < 0.05
+    assert judge.gap(changed(truth, {"table_inertia": 1.05 * truth.table_inertia}), Sensor()) > 0.5
 
 
 def method(folder: Path, nominal, uncertainty) -> Solved:
