@@ -26,8 +26,8 @@ class Criteria:
         were run again: `slight`, `law`, another cause or one record keep the name from all.
     written : float
         Least share of the nominal machine's gap that a calibrated one closes, on each record held out in which more
-        than `at_noise` remains, to be written; else, or where it leaves more than `at_noise` above what the named
-        effects alone leave of one, the nominal one is, with the effects that are named.
+        than `at_noise` remains, to be written; else, or where the nominal one with the effects that are named leaves
+        less of one by `at_noise` and of none more, that one is.
     slight : float
         Mean square that an effect closes over what the one closes that closes most, below which it gets no name: a law
         of that one that is right to a seventh leaves as much. Two effects that are known to look alike are told apart
@@ -78,7 +78,7 @@ class Criteria:
     windows : int
         The worst windows in which starts race.
     fits : int
-        Starts that are fitted by a few joint steps; half of them by more.
+        Starts that are fitted by a few joint steps; at most half of them by more.
     tolerance : float or None
         Share of the signal, rms over rms, that a model may miss without anything being missing: it counts beside the
         noise. None: what the best set leaves says how much that is.

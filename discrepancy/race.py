@@ -32,7 +32,7 @@ CAUTION = 100.0
 """Weight of the machine's priors while starts race: an effect that is missing must not be taken up by the machine."""
 
 _FEW, _MORE = 3, 6
-"""Joint steps of the survivors, and those of half of them."""
+"""Joint steps of the survivors, and those that the first one and its rivals among the better half take more."""
 
 _OF_ONE = 2
 """Starts of one effect among the survivors: the linearisation's and the worst windows' favourites may differ."""

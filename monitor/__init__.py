@@ -10,6 +10,7 @@ In reading order, where it helps with its block of ISO 13374:
     pipeline      one machine: blocks in, what happened out; knows no clock, store or network
     store/        blocks, turns, trends, alarms in one database; whole turns as Parquet beside it
     leases        several processes on one store: which machine is whose
+    diagnoser     the models or the twin that the settings name
     fleet         the machines that this process looks after
     engine        the thread that takes blocks, runs the pipelines and commits each batch in one transaction
     physics       what the twin's physics says of the last turns, in a process of its own

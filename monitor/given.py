@@ -74,6 +74,18 @@ def owner_of(config: Mapping[str, Any]) -> str | None:
     return owner
 
 
+def forget_of(config: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of machines that are to be forgotten."""
+    given = config["forget"]
+    names = [given] if isinstance(given, str) else given
+    if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
+        raise refuse("monitor", "forget", "the name of a machine, or a list of names", given)
+    if names and config["lease"]["owner"] is not None:
+        remedy = "stop the others, and start one without lease.owner"
+        raise refuse("monitor", "forget", "left out where several monitors share a store", given, remedy)
+    return tuple(names)
+
+
 def unsigned(source: str) -> str:
     """A source without the user and password that its address may hold, for a sentence."""
     scheme, colon, rest = source.partition(":")

@@ -6,20 +6,18 @@ import contextlib
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import torch
 import uvicorn
 
-from classifier.model import load_model
 from indexer_cli.places.local import LocalPlace
 from indexer_env.errors import IndexerError, refuse
-from monitor.alarms import Limits
-from monitor.analysis.classifier import ClassifierDiagnoser
 from monitor.analysis.finding import Diagnoser
-from monitor.analysis.twin import TwinDiagnoser, limits_of
+from monitor.analysis.twin import TwinDiagnoser
+from monitor.diagnoser import diagnoser_of
 from monitor.engine import Engine
 from monitor.given import check_at_hand
 from monitor.leases import Leases
@@ -30,7 +28,7 @@ from monitor.outputs.publish import MqttDelivery
 from monitor.outputs.webhook import CHANNEL as WEB_CHANNEL
 from monitor.outputs.webhook import WebhookDelivery
 from monitor.physics import Physics
-from monitor.plan import CHANGE, Change
+from monitor.plan import Change
 from monitor.settings import Settings
 from monitor.sources import demo
 from monitor.sources.base import Source
@@ -40,12 +38,11 @@ from monitor.sources.mqtt import Broker, MqttSource, read_url
 from monitor.sources.opcua import SCHEME, OpcUaSource
 from monitor.sources.replay import ReplaySource
 from monitor.store import Store, StoreDown
-from monitor.store.archive import DAY_NS, keep
+from monitor.store.archive import DAY_NS, forgotten, keep
 from monitor.web.access import Gate
 from monitor.web.api import Api
 from monitor.web.app import listener, make_app
 from monitor.web.hub import Hub
-from twin.twin import Twin
 
 _log = logging.getLogger(__name__)
 
@@ -86,7 +83,7 @@ class Service:
         self._listener = opened.enter_context(listener(settings.host, settings.port))
         if settings.source == "demo":
             settings = self._settings = self._with_demo(settings)
-        diagnoser, settings = _diagnoser(settings)
+        diagnoser, settings = diagnoser_of(settings)
         self.broker = self._built_in_broker(opened)
         self._sources = self._make_sources(diagnoser)
         try:
@@ -100,6 +97,8 @@ class Service:
         except StoreDown as error:
             raise ServiceError(f"store must be a database that can be reached ({error}).") from None
         opened.callback(self._store.close)
+        for name in settings.forget:
+            self._say(forgotten(self._store, name))
         return diagnoser, settings
 
     def _assemble(self, diagnoser: Diagnoser, settings: Settings, opened: contextlib.ExitStack) -> None:
@@ -274,27 +273,3 @@ class Service:
             publishing = MqttDelivery(broker, settings.publish, settings.client_id)
             opened.callback(publishing.close)
             self._senders.append(Sender(self._store, MQTT_CHANNEL, publishing, self._leads))
-
-
-def _diagnoser(settings: Settings) -> tuple[Diagnoser, Settings]:
-    """Whoever diagnoses, and the settings with the limits that belong to him."""
-    if settings.twin is None:
-        diagnoser = ClassifierDiagnoser([load_model(path) for path in settings.models])
-        _check_limits("limits", settings.plan.limits, diagnoser)
-        if diagnoser.needs_radius and settings.plan.sensor_radius is None:
-            remedy = "give sensor_radius=NUMBER"
-            rule = "the accelerometers' distance from the table's axis in m, as the model was taught at a known one"
-            raise refuse("monitor", "sensor_radius", rule, None, remedy)
-        return diagnoser, settings
-    diagnoser = TwinDiagnoser(Twin.load(settings.twin), settings.load_torque, settings.motor_speeds)
-    unknown = {name: limits for name, limits in settings.plan.limits.items() if name == CHANGE}
-    limits = limits_of(diagnoser.twin, settings.twin_limits, settings.deadband) | unknown
-    _check_limits("twin_limits", limits, diagnoser)
-    return diagnoser, replace(settings, plan=replace(settings.plan, limits=limits))
-
-
-def _check_limits(key: str, limits: Mapping[str, Limits], diagnoser: Diagnoser) -> None:
-    """Whether anything is watched; `key`: where limits can be given."""
-    if not set(limits) & set(diagnoser.quantities):
-        told = f"limits of what the model or twin tells ({', '.join(diagnoser.quantities)}), of one of them at least"
-        raise refuse("monitor", key, told, None, "else nothing is watched")

@@ -15,7 +15,7 @@ from indexer_env.errors import refuse
 from indexer_records.conditions import Pulse
 from indexer_records.measured import Reading
 from monitor.alarms import Rules, limits_of_key
-from monitor.given import check_ignored, check_texts, load_torque_of, motor_speeds_of, owner_of, unsigned
+from monitor.given import check_ignored, check_texts, forget_of, load_torque_of, motor_speeds_of, owner_of, unsigned
 from monitor.plan import Plan
 from monitor.sources.mqtt import Tls
 from monitor.sources.opcua import Nodes
@@ -117,6 +117,7 @@ class Settings:
     publish: str | None
     owner: str | None
     lease_s: float
+    forget: tuple[str, ...] = ()
 
     @property
     def local(self) -> bool:
@@ -239,6 +240,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         publish=config["publish"],
         owner=owner,
         lease_s=float(config["lease"]["seconds"]),
+        forget=forget_of(config),
     )
 
 

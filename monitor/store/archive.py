@@ -19,7 +19,7 @@ from sqlalchemy import delete, func, insert, select
 
 from indexer_cli.places.local import whole_file
 from monitor.intake.blocks import NANO
-from monitor.store.schema import ARCHIVE, EXPLANATION, MACHINE, RAW, TURN
+from monitor.store.schema import ARCHIVE, EXPLANATION, MACHINE, METADATA, RAW, TURN
 from monitor.store.store import Store
 
 _log = logging.getLogger(__name__)
@@ -65,6 +65,24 @@ def expire(store: Store, now_ns: int, raw_ns: int, turns_ns: int) -> None:
         connection.execute(delete(EXPLANATION).where(EXPLANATION.c.time_ns < now_ns - turns_ns))
     for file in old:
         _path(store, file).unlink(missing_ok=True)
+
+
+def forgotten(store: Store, machine: str) -> str:
+    """Delete a machine with all that is stored of it, its files too; what came of it, as a sentence. Alarms that still
+    wait to be delivered are, and how far sources were read stays."""
+    with store.transaction() as connection:
+        known = sorted(connection.execute(select(MACHINE.c.name)).scalars().all())
+        if machine not in known:
+            return f"There is no machine {machine!r} to forget; known are: {', '.join(known) or 'none'}."
+        files = connection.execute(select(ARCHIVE.c.file).where(ARCHIVE.c.machine == machine)).scalars().all()
+        turns = connection.execute(select(func.count()).where(TURN.c.machine == machine)).scalar()
+        for table in METADATA.sorted_tables:
+            if "machine" in table.c:
+                connection.execute(delete(table).where(table.c.machine == machine))
+        connection.execute(delete(MACHINE).where(MACHINE.c.name == machine))
+    for file in files:
+        _path(store, file).unlink(missing_ok=True)
+    return f"The machine {machine!r} is forgotten, with {turns} turns."
 
 
 def archived(path: Path, number: int) -> tuple[np.ndarray, float, str] | None:

@@ -1,16 +1,20 @@
 """Turns in files, and how long they and their findings are kept."""
 
 import shutil
+from dataclasses import replace
 
 import pytest
 from sqlalchemy import select, update
 
+from monitor.service import Service
+from monitor.settings import settings_of
 from monitor.store import Store
-from monitor.store.archive import archive, archived, expire, folder_name
+from monitor.store.archive import archive, archived, expire, folder_name, forgotten
 from monitor.store.schema import ARCHIVE
 from monitor.web.views import record_of
-from tests.monitor.fakes import START_NS
+from tests.monitor.fakes import PLAN, START_NS, FakeDiagnoser
 from tests.monitor.test_engine import make, numbers, send
+from tests.monitor.test_service import config
 
 
 @pytest.fixture
@@ -81,3 +85,42 @@ def test_a_folder_that_was_copied_or_moved_has_its_own_records_and_no_others(tmp
 def test_no_two_machines_share_a_folder():
     names = ["press 1", "press_1", "press.1", "Press 1"]
     assert len({folder_name(name).lower() for name in names}) == len(names)
+
+
+def test_a_machine_is_forgotten_with_all_that_is_stored_of_it_and_no_other(url, tmp_path):
+    store, engine = make(url)
+    for machine in ("m", "n"):
+        for second in range(30):
+            send(engine, 100 * second, 100 * second + 100, machine=machine, level=1.0 + 3.0 * (second > 20))
+    engine.stop()
+    assert archive(store, file_turns=8) == 2
+    assert forgotten(store, "o") == "There is no machine 'o' to forget; known are: m, n."
+    before = store.counts()
+    assert forgotten(store, "m") == "The machine 'm' is forgotten, with 30 turns."
+    assert [one["machine"] for one in store.machines()] == ["n"]
+    after = store.counts()
+    for table in ("turn", "block", "raw", "event", "archive", "machine"):
+        assert after[table] == before[table] / 2 > 0, table
+    (file,) = (tmp_path / "turns").rglob("*.parquet")
+    assert folder_name("n") in file.parts and record_of(store, "n", 3) is not None
+    assert numbers(store) == [] and store.events("m") == []
+    store.close()
+
+
+def test_a_start_forgets_the_machines_that_are_named(tmp_path, monkeypatch):
+    monkeypatch.setattr("monitor.service.diagnoser_of", lambda given: (FakeDiagnoser(), replace(given, plan=PLAN)))
+    (tmp_path / "logger").mkdir()
+    (tmp_path / "kept").mkdir()
+    store, engine = make(f"sqlite:///{tmp_path}/kept/monitor.sqlite")
+    send(engine, 0, 200)
+    engine.stop()
+    store.close()
+    given = [f"source=folder:{tmp_path}/logger", "model=m", f"out={tmp_path}/kept", "port=0", "forget=[m,press-9]"]
+    said = []
+    service = Service(settings_of(config(*given)), say=said.append)
+    assert service._store.machines() == [] and not service.engine._fleet.pipelines
+    assert said[:2] == [
+        "The machine 'm' is forgotten, with 2 turns.",
+        "There is no machine 'press-9' to forget; known are: none.",
+    ]
+    service._closing.close()

@@ -134,8 +134,8 @@ def test_a_wrong_setting_gets_one_sentence(overrides, word):
 
 def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_file(monkeypatch, tmp_path):
     models = SimpleNamespace(needs_radius=True, quantities=("crack",))
-    monkeypatch.setattr("monitor.service.ClassifierDiagnoser", lambda _: models)
-    monkeypatch.setattr("monitor.service.load_model", lambda path: path)
+    monkeypatch.setattr("monitor.diagnoser.ClassifierDiagnoser", lambda _: models)
+    monkeypatch.setattr("monitor.diagnoser.load_model", lambda path: path)
     given = ["source=broker", "model=m", f"out={tmp_path}/kept"]
     with pytest.raises(ParameterError, match="sensor_radius=NUMBER"):
         Service(settings_of(config(*given)))
@@ -162,8 +162,8 @@ def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_f
 )
 def test_what_cannot_be_used_leaves_no_folder(source, more, word, monkeypatch, tmp_path):
     models = SimpleNamespace(needs_radius=False, quantities=("crack",), modes=[SimpleNamespace(duration=1.0)])
-    monkeypatch.setattr("monitor.service.ClassifierDiagnoser", lambda _: models)
-    monkeypatch.setattr("monitor.service.load_model", lambda path: path)
+    monkeypatch.setattr("monitor.diagnoser.ClassifierDiagnoser", lambda _: models)
+    monkeypatch.setattr("monitor.diagnoser.load_model", lambda path: path)
     with socket.create_server(("127.0.0.1", 0)) as taken:
         given = [one.format(taken=taken.getsockname()[1]) for one in ("port=0", *more)]
         with pytest.raises(ParameterError, match=word):
@@ -346,11 +346,29 @@ def test_a_monitor_that_would_watch_nothing_is_refused(monkeypatch, tmp_path):
     """A twin that surely sees no fault, and models without limits; both broke at their first block."""
     told = SimpleNamespace(quantities=("crack",), needs_radius=False, twin=None)
     for name in ("TwinDiagnoser", "ClassifierDiagnoser"):
-        monkeypatch.setattr(f"monitor.service.{name}", lambda *_: told)
-    monkeypatch.setattr("monitor.service.load_model", lambda path: path)
-    monkeypatch.setattr("monitor.service.Twin", SimpleNamespace(load=lambda path: path))
-    monkeypatch.setattr("monitor.service.limits_of", lambda *_: {})
+        monkeypatch.setattr(f"monitor.diagnoser.{name}", lambda *_: told)
+    monkeypatch.setattr("monitor.diagnoser.load_model", lambda path: path)
+    monkeypatch.setattr("monitor.diagnoser.Twin", SimpleNamespace(load=lambda path: path))
+    monkeypatch.setattr("monitor.diagnoser.limits_of", lambda *_: {})
     for given, key in (("twin=t", "twin_limits"), ("model=m", "limits")):
         more = ["limits.crack=null"] if key == "limits" else []
         with pytest.raises(ParameterError, match=rf"monitor\.{key} must be limits of what .*\(crack\)"):
             Service(settings_of(config("source=broker", "port=0", "broker_port=0", given, f"out={tmp_path}/x", *more)))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        (["forget=3"], r"monitor\.forget must be the name of a machine, or a list of names, got 3"),
+        (["forget=['']"], r"monitor\.forget must be the name of a machine"),
+        (
+            ["source=mqtt://broker/+", "model=m", "lease.owner=north", "forget=press-1"],
+            r"monitor\.forget must be left out where several monitors share a store, got 'press-1'; stop the others",
+        ),
+    ],
+)
+def test_machines_to_be_forgotten_are_named_and_by_one_monitor_alone(overrides, said):
+    with pytest.raises(ParameterError, match=said):
+        settings_of(config(*overrides))
+    assert settings_of(config("forget=press-1")).forget == ("press-1",)
+    assert settings_of(config("forget=[a,b]")).forget == ("a", "b")

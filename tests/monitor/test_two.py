@@ -18,7 +18,7 @@ from tests.monitor.test_service import config, wait_for
 
 
 def test_a_second_monitor_on_the_same_folder_is_refused_until_the_first_has_ended(tmp_path, monkeypatch):
-    monkeypatch.setattr("monitor.service._diagnoser", lambda given: (FakeDiagnoser(), replace(given, plan=PLAN)))
+    monkeypatch.setattr("monitor.service.diagnoser_of", lambda given: (FakeDiagnoser(), replace(given, plan=PLAN)))
     (tmp_path / "logger").mkdir()
     given = [f"source=folder:{tmp_path}/logger", "model=m", f"out={tmp_path}/kept", "port=0"]
     first = Service(settings_of(config(*given)), say=lambda _: None)

@@ -117,7 +117,7 @@ def test_the_log_does_not_repeat_itself_and_the_page_tells_the_newest(caplog):
 
 
 def test_the_page_of_a_monitor_is_told_why_no_machine_is_there(tmp_path, monkeypatch):
-    monkeypatch.setattr("monitor.service._diagnoser", lambda given: (FakeDiagnoser(), replace(given, plan=PLAN)))
+    monkeypatch.setattr("monitor.service.diagnoser_of", lambda given: (FakeDiagnoser(), replace(given, plan=PLAN)))
     monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.05)
     folder = tmp_path / "logger"
     folder.mkdir()
