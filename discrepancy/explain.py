@@ -162,12 +162,13 @@ def explain(
 
 
 def _searched(search: Search, held_out: Model, forms: Sequence[Form], elsewhere: Elsewhere | None) -> Explanation:
-    """What a search finds, or a second one without the effects that a bound holds, where much is left."""
+    """What a search finds, or a second one without the effects that a bound holds or that the records held out dismiss,
+    where much is left."""
     criteria = search.criteria
-    answer, held_at_bounds = _answer(search, search.run(), held_out, forms, elsewhere)
-    if held_at_bounds and answer.left >= criteria.much and search.in_time():
-        # it stands in for another effect, perhaps for one of the library, that then explains as much
-        selection = search.run(barred=held_at_bounds)
+    answer, instead_of = _answer(search, search.run(), held_out, forms, elsewhere)
+    if instead_of and answer.left >= criteria.much and search.in_time():
+        # they stand in for others, perhaps of the library, that then explain as much
+        selection = search.run(barred=instead_of)
         if not search.wins(answer.selection.best, selection.best):
             other, _ = _answer(search, selection, held_out, forms, elsewhere)
             return other if other.after < answer.after else answer
@@ -177,7 +178,7 @@ def _searched(search: Search, held_out: Model, forms: Sequence[Form], elsewhere:
 def _answer(
     search: Search, selection: Selection, held_out: Model, forms: Sequence[Form], elsewhere: Elsewhere | None
 ) -> tuple[Explanation, list[str]]:
-    """What a set that was selected explains, and its effects that a bound holds."""
+    """What a set that was selected explains, and its effects that a bound holds or the records held out dismiss."""
     model, criteria = search.whole, search.criteria
     judge = Judge(search.fits, selection, held_out, criteria, forms, elsewhere)
     judged, accepted = judge.judged()
@@ -198,7 +199,8 @@ def _answer(
         written(model, estimates, held_out, held[accepted.name], judge.floor, criteria, named), selection, criteria,
         model, held_out,
     )  # fmt: skip
-    return answer, [one.found.name for one in judged if one.grade == STANDS_IN and one.evidence.bound]
+    instead_of = [one for one in judged if one.grade == DISMISSED or (one.grade == STANDS_IN and one.evidence.bound)]
+    return answer, [one.found.name for one in instead_of]
 
 
 def _verdict(findings: Sequence[Finding], left: float, criteria: Criteria, *, above: float = 0.1) -> str:

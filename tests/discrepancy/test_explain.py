@@ -251,3 +251,10 @@ def test_noise_that_was_taken_for_too_much_hides_no_effect(shows: float, share: 
     assert isinstance(tolerant.held_out, Loud) and tolerant.noise_share == share
     # what is tolerated is told in units of the noise that is believed
     assert tolerant.held_out.tolerated == 1.0 + 0.5 * float((tolerant.held_out.y**2).mean())
+
+
+def test_what_the_records_held_out_dismiss_gives_way_to_what_does_the_same() -> None:
+    """A twin does on the records fitted what the tone does, and elsewhere its opposite: it leads, and is dismissed."""
+    model, held_out = (Chord({"tone": 6.0}, seed, ("twin", "tone")) for seed in (5, 6))
+    held_out.shapes["twin"] = -held_out.shapes["tone"]
+    assert grades(explain(model, held_out)) == {"tone": "established"}
