@@ -17,6 +17,9 @@ from indexer_env.errors import refuse
 _STEPS, _MORE = 12, 3
 """Steps of a fit on records held out, and those after states of other places were tried."""
 
+_ELSEWHERE = 0.1
+"""Standard deviations by which a number of a record must differ for a fit to begin there, too."""
+
 _QUARTILE = 0.25
 """Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
 
@@ -43,13 +46,19 @@ def held_places(fitted: Sequence[Point], held_out: Model, found: Sequence[Point]
 
 
 def _as_of(others: Sequence[Point], problem: Problem, z: np.ndarray) -> list[Point]:
-    """Places of a problem with the physics of z (g,) and all else as other places on its records have it."""
+    """Places of a problem with the physics of z (g,) and what belongs to records as other places on them have it, where
+    that is elsewhere, all windows searched: of what turns with the motor a slightly other speed makes another phase, so
+    that a whole effect at a wrong one leads nowhere."""
     of_records = [k for k, p in enumerate(problem.model.parameters) if p.of_record]
-    made = []
+    made, tried = list[Point](), [z[of_records]]
     for other in others:
-        there = z.copy()
-        there[of_records] = other.z[of_records]
-        made.append(problem.point(there, problem.model.states_for(problem.hypothesis, other.states)))
+        own = other.z[of_records]
+        if all(np.abs(own - one).max(initial=0.0) > _ELSEWHERE for one in tried):
+            tried.append(own)
+            there = z.copy()
+            there[of_records] = own
+            states = problem.model.states_for(problem.hypothesis, other.states)
+            made.append(problem.searched(problem.point(there, states)))
     return made
 
 

@@ -77,7 +77,8 @@ class Judge:
         self._adapted: dict[str, Point] = {}
         self._tables: dict[str, Point] = {}
         self._estimates: dict[Fitted, Estimates] = {}
-        self._hold([self.best, self.base, *map(fits.on_all, selection.without)])
+        # the machine alone is told the speeds best, at which a whole effect may turn in a wrong phase
+        self._hold([self.base, self.best, *map(fits.on_all, selection.without)])
         best = self.held[self.best.name]
         # noise that was taken for more than the best set leaves is no more than that
         noise = min(1.0, best.level(held_out) ** 2)

@@ -81,6 +81,29 @@ def test_what_belongs_to_records_begins_where_others_have_it() -> None:
     assert [first.z[1], second.z[1]] == pytest.approx([3.0, 3.0], abs=0.1)
 
 
+class Started(TwoValleys):
+    """In the deeper valley a window must begin at 2, which no other place has and a grid finds."""
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        z = jobs.points[jobs.point][:, 1:2]
+        return super().residuals(hypothesis, jobs) + np.where(z > 1.5, 5.0, 0.0) * np.abs(jobs.states - 2.0)
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        return 1
+
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
+        return np.linspace(-3.0, 3.0, 7)[:, None]
+
+
+def test_where_others_have_a_record_all_start_states_are_looked_for() -> None:
+    """There the other's start state of 0 leaves more than the valley near 0 does."""
+    model = Started()
+    problem = Problem(model, NONE, frozen=True)
+    stated, other = (problem.point(np.array([0.0, z]), np.zeros((1, 1))) for z in (0.0, 3.01))
+    assert other.cost > problem.searched(stated).cost
+    assert held_place(stated, model, [other]).z[1] == pytest.approx(3.0, abs=0.1)
+
+
 def test_the_first_place_held_out_begins_where_a_later_one_has_it_too(monkeypatch) -> None:
     """The first one ends in the valley near 0, where it begins, and the second one at 3."""
     model = TwoValleys()
