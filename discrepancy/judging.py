@@ -77,7 +77,7 @@ class Judge:
         self._adapted: dict[str, Point] = {}
         self._tables: dict[str, Point] = {}
         self._estimates: dict[Fitted, Estimates] = {}
-        # the machine alone is told the speeds best, at which a whole effect may turn in a wrong phase
+        # the machine without effects first: its fit tells the speed, at which an effect that turns has its phase
         self._hold([self.base, self.best, *map(fits.on_all, selection.without)])
         best = self.held[self.best.name]
         # noise that was taken for more than the best set leaves is no more than that

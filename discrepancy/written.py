@@ -56,12 +56,10 @@ def written(
     rows = _left(there, without, held_out, floor, share)
     why = _against(rows, effects, criteria)
     if effects and (why or any(left >= criteria.at_noise for _, left, _ in rows)):
-        bare = _at_nominal(model, told.believed)
-        (alone,) = held_places([bare], held_out, [there, without])
+        place = _at_nominal(model, told.believed)
+        (alone,) = held_places([place], held_out, [there, without])
         if _serves(_left(alone, without, held_out, floor, share), criteria):
-            why = why or _beaten(_left(there, alone, held_out, floor, 1.0), criteria)
-        else:
-            bare = None
+            bare, why = place, why or _beaten(_left(there, alone, held_out, floor, 1.0), criteria)
     if not why:
         remarks = tuple(
             f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."

@@ -28,8 +28,7 @@ _POINTS = 720
 
 MEASURES = (
     "-", "torque", "torque per speed", "speed", "deflection", "input deflection", "ripple", "slip", "base compliance",
-    "cubic stiffness", "period", "period squared", "acceleration", "acceleration rate", "cam rate",
-    "motion",
+    "cubic stiffness", "period", "period squared", "acceleration", "acceleration rate", "cam rate", "motion",
 )  # fmt: skip
 
 

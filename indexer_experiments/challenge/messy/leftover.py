@@ -109,11 +109,11 @@ class Fit:
             # a drive angle and a speed are what the record shows
             reach[self._of_record(record)][1:] = math.inf
         self._reach = reach
-        states = [] if held else [motions[piece.record][1:, piece.first] for piece in self.pieces]
-        self._slopes = [
-            self._slopes_of(self.machine, self.points[piece.record], state, piece)
-            for piece, state in zip(self.pieces, states, strict=False)
-        ]
+        # where a machine is held its pieces begin in the states of the disturbed one's joints
+        self._slopes = [] if held else [
+            self._slopes_of(machine, self.points[piece.record], motions[piece.record][1:, piece.first], piece)
+            for piece in self.pieces
+        ]  # fmt: skip
 
     def left(
         self, readings: Sequence[np.ndarray], motions: Sequence[np.ndarray], machine: Machine,
