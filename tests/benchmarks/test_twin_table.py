@@ -63,7 +63,8 @@ def test_records_of_the_stated_size_and_strangers_have_rows_of_their_own():
     found = summary(rows)
     assert found["detected at the stated size"] == 0.5 and found["left out refused"] == 1.0
     assert found["misnamed"] == 0.0 and found["healthy called faulty"] == 0.0
-    assert "| twin | as modelled | 1 |" in markdown({("twin", "as modelled"): [rows]})
+    told = markdown({("twin", "as modelled"): [rows]})
+    assert "| twin | as modelled | 1 | 0.0 (0.0–79.3), 0 of 1 | – |" in told and "50.0 (9.5–90.5), 1 of 2" in told
 
 
 def test_strangers_are_faults_of_no_table_and_tables_of_another_make():
