@@ -14,8 +14,10 @@ that are there at once are read in the order of their times.
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -29,7 +31,8 @@ from monitor.engine import Arrival, Engine
 from monitor.intake.blocks import LARGEST_BLOCK, NANO, Block
 from monitor.sources.base import Source
 
-_LOOK_S = 1.0
+_LOOK_S, _SHARE = 1.0, 0.1
+"""Time between two looks at the folder [s], longer where many files would make looking take more than this share."""
 _RETRY_S, _LONGEST_WAIT_S = 2.0, 64.0
 """First and longest time after which a file that could not be opened is looked at again; a machine's other files wait
 for it until the longest one."""
@@ -79,6 +82,7 @@ class FolderSource(Source):
         """As `Source.run`."""
         done, lost = engine.positions(self._former_name) | engine.positions(self.name), False
         while not self.stopping.is_set():
+            begun = time.monotonic()
             try:
                 complete = self._complete(done)
             except OSError as error:
@@ -88,7 +92,7 @@ class FolderSource(Source):
                 if lost:
                     self.tell(next(reversed(self._short.values()), None))
                 lost = False
-            held = self._held()
+            looked, held = time.monotonic() - begun, self._held()
             for path, mark in complete:
                 machine = machine_of(Path(path))
                 if machine in held and path not in self._waits:
@@ -102,36 +106,33 @@ class FolderSource(Source):
                     self._waits.pop(path, None)
                 if self.stopping.is_set():
                     return
-            self.stopping.wait(_LOOK_S)
+            self.stopping.wait(max(_LOOK_S, looked / _SHARE))
 
     def _complete(self, done: dict[str, str]) -> list[tuple[str, str]]:
         """Files that have rested, in the order of their times, with their marks; raises OSError where the folder is
         gone."""
         now, found = time.monotonic(), []
         self._folder.stat()
-        for path in sorted(self._folder.rglob("*")):
-            if path.suffix.lower() not in SUFFIXES or path.name.startswith(".") or path.is_symlink():
-                continue
+        for name, entry in _files(self._folder):
             try:
-                state = path.stat()
+                state = entry.stat()
             except OSError:
                 continue
-            name = path.relative_to(self._folder).as_posix()
             mark = f"{state.st_size} {state.st_mtime_ns}"
-            if done.get(name, "").split()[:2] == mark.split() or not path.is_file():
+            if done.get(name, "").split()[:2] == mark.split():
                 continue
             known = self._seen.get(name)
             if known is None or known[0] != mark:
                 self._seen[name] = (mark, now)
                 if known is not None or name in done:
                     self._growing.add(name)
-            elif now - known[1] >= self._rest(path, name):
-                found.append((_moment(path.name) or state.st_mtime_ns, name, mark))
+            elif now - known[1] >= self._rest(name):
+                found.append((_moment(entry.name) or state.st_mtime_ns, name, mark))
         return [(name, mark) for _, name, mark in sorted(found)]
 
-    def _rest(self, path: Path, name: str) -> float:
+    def _rest(self, name: str) -> float:
         """Seconds without change after which a file is complete."""
-        unended = name in self._growing and _within_a_line(path)
+        unended = name in self._growing and _within_a_line(self._folder / name)
         return _WITHIN_A_LINE * self._settle if unended else self._settle
 
     def _held(self) -> set[str]:
@@ -223,6 +224,24 @@ class FolderSource(Source):
             begin = start + round(first / signal.sample_rate * NANO)
             pieces.append(Block(machine, begin, signal.sample_rate, signal.unit, signal.values[piece], pulse))
         return pieces
+
+
+def _files(folder: str | Path, below: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
+    """Files of the formats that are read, with their names from the watched folder on; neither links nor hidden ones.
+    Raises OSError where the watched folder cannot be listed."""
+    try:
+        entries = list(os.scandir(folder))
+    except OSError:
+        if not below:
+            raise
+        return
+    for entry in entries:
+        if entry.is_symlink():
+            continue
+        if entry.is_dir():
+            yield from _files(entry.path, f"{below}{entry.name}/")
+        elif not entry.name.startswith(".") and os.path.splitext(entry.name)[1].lower() in SUFFIXES and entry.is_file():
+            yield below + entry.name, entry
 
 
 def _same(before: str, mark: str) -> bool:

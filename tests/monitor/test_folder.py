@@ -171,6 +171,40 @@ def test_files_are_read_in_the_order_of_their_times(tmp_path):
     assert [name for name, _ in source._complete({})] == ["press_1.csv", "press_2.csv", "press_10.csv"]
 
 
+def test_only_files_of_known_formats_are_read_at_any_depth_and_no_links(tmp_path):
+    """A hidden name is that of a file which its logger has not finished."""
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    (tmp_path / "press" / "june").mkdir(parents=True)
+    for name in ("press/june/a.CSV", "b.csv", "notes.txt.bak", ".c.csv", "press/.d.csv"):
+        (tmp_path / name).write_text("0,1\n")
+    (tmp_path / "link.csv").symlink_to(tmp_path / "b.csv")
+    (tmp_path / "linked").symlink_to(tmp_path / "press")
+    (tmp_path / "folder.csv").mkdir()
+    source._complete({})
+    assert sorted(name for name, _ in source._complete({})) == ["b.csv", "press/june/a.CSV"]
+
+
+@pytest.mark.parametrize(("looking", "waits"), [(0.01, 1.0), (0.5, 5.0)])
+def test_a_folder_of_very_many_files_is_looked_at_more_rarely(tmp_path, monkeypatch, looking, waits):
+    """Looking takes a tenth of the time at most."""
+    now, waited = [0.0], []
+    monkeypatch.setattr("monitor.sources.folder.time.monotonic", lambda: now[0])
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+
+    def looked(done):
+        now[0] += looking
+        return []
+
+    def wait(seconds):
+        waited.append(seconds)
+        source.stopping.set()
+
+    monkeypatch.setattr(source, "_complete", looked)
+    monkeypatch.setattr(source.stopping, "wait", wait)
+    source.run(SimpleNamespace(positions=lambda name: {}))  # type: ignore[arg-type]
+    assert waited == [pytest.approx(waits)]
+
+
 @pytest.mark.parametrize(
     ("encoding", "ending", "looks"), [("utf-8", "\n", 1), ("utf-16", "\r\n", 1), ("utf-8", "", 10), ("utf-16", "", 10)]
 )
