@@ -9,8 +9,9 @@ Other rows are asked for by methods=twin,oracle,nominal,point,unextended,transfe
 drawing ±10 % without a fit, no posterior, nothing added that the drawing lacks, and a network of the drawing that goes
 on learning from labelled records of the machine.
 
-Records of the truth go to OUT/truth and rows to OUT/rows, a file for each machine and method; a run that was stopped
-goes on where it was, and only=0,1 makes a part of it. The table holds all rows that are there.
+Records of the truth go to OUT/truth, rows to OUT/rows and counts of them to COUNTS (OUT/counts), a file for each
+machine and method; a run that was stopped goes on where it was, and only=0,1 makes a part of it. The table holds all
+counts that are there: counts=benchmarks/twin/counts prints the published one and makes what is not in it.
 """
 
 from __future__ import annotations
@@ -24,10 +25,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from benchmarks.twin.judging import AGAIN, PHYSICS, REFINED, at_stated_size, by_physics, judged, misnamed, ways_of
 from benchmarks.twin.pipelines import METHODS, make_twin, of_paper
 from benchmarks.twin.records import records_of
-from benchmarks.twin.table import Judged, markdown, summary
+from benchmarks.twin.table import Counts, Judged, counts, markdown
 from benchmarks.twin.transfer import transferred
 from benchmarks.twin.truth import DRAWS, Purpose, Truth, machine_of, rng_of, write_bench
 from twin.folder import VERSION
@@ -35,10 +38,10 @@ from twin.settings import Settings
 
 DEFAULTS = {
     "machines": 20, "only": "", "records": 160, "physics": 8, "at_size": 40, "seed": 5, "noise": 0.015, "spread": 0.1,
-    "simulated": Settings().simulated, "out": "benchmarks/twin/out", "methods": "twin",
+    "simulated": Settings().simulated, "out": "benchmarks/twin/out", "counts": "", "methods": "twin",
 }  # fmt: skip
 """Machines, numbers of those to be done (all), records of each, those that physics judges too, those with a fault of
-the stated smallest size, seed, noise over signal, spread of the drawing, turns that a twin simulates, folder, methods
+the stated smallest size, seed, noise over signal, spread of the drawing, turns that a twin simulates, folders, methods
 joined by commas."""
 
 OF_ROWS = ("records", "physics", "at_size", "seed", "simulated")
@@ -113,30 +116,50 @@ def main(arguments: Sequence[str]) -> None:
     """The table of the settings KEY=VALUE."""
     settings = settings_of(arguments)
     out = Path(settings["out"])
-    (out / "rows").mkdir(parents=True, exist_ok=True)
+    counted = Path(settings["counts"] or out / "counts")
+    for folder in (out / "rows", counted):
+        folder.mkdir(parents=True, exist_ok=True)
     numbers = settings["only"] or range(settings["machines"])
     law = f"{settings['noise']:g}-{settings['spread']:g}"
     own = made_with(settings)
-    for file in sorted((out / "rows").glob(f"{law}-*.json")):
-        _check_made_with(file, json.loads(file.read_text()).get("settings"), own)
+    for key, kept in (("out", out / "rows"), ("counts", counted)):
+        for file in sorted(kept.glob(f"{law}-*.json")):
+            _check_made_with(file, json.loads(file.read_text()).get("settings"), own, key)
     for folder in sorted(out.glob(f"work-{law}-*")):
         file = folder / MADE_WITH
-        _check_made_with(folder, json.loads(file.read_text()) if file.exists() else None, own)
+        _check_made_with(folder, json.loads(file.read_text()) if file.exists() else None, own, "out")
     for number in numbers:
         truth = machine_of(number, settings["seed"], settings["noise"], settings["spread"])
         for method in settings["methods"]:
-            file, work = out / "rows" / f"{law}-{number}-{method}.json", work_of(out, settings, number, method)
-            if file.exists():
-                shutil.rmtree(work, ignore_errors=True)
-                continue
-            found = {**done(truth, number, method, settings, out), "settings": own}
-            fresh = file.with_suffix(".part")
-            fresh.write_text(json.dumps(found))
-            fresh.rename(file)
+            name, work = f"{law}-{number}-{method}.json", work_of(out, settings, number, method)
+            if not (counted / name).exists():
+                rows = out / "rows" / name
+                if not rows.exists():
+                    _write(rows, json.dumps({**done(truth, number, method, settings, out), "settings": own}))
+                found = counts_of(json.loads(rows.read_text()))
+                _write(counted / name, json.dumps(found, indent=1) + "\n")
+                print(number, method, found, flush=True)
             shutil.rmtree(work, ignore_errors=True)
-            told = {name: summary([Judged.restore(row) for row in rows]) for name, rows in found["rows"].items()}
-            print(number, method, truth.kind, found.get("made_cpu_s"), told, flush=True)
-    print(markdown(table_of(sorted((out / "rows").glob(f"{law}-*.json")))))
+    print(markdown(table_of(sorted(counted.glob(f"{law}-*.json")))))
+
+
+def counts_of(found: dict[str, Any]) -> dict[str, Any]:
+    """What is kept of the rows of a machine and a method: counts, and median and 95 % of a record's processor time."""
+    rows = {name: [Judged.restore(row) for row in given] for name, given in found["rows"].items() if given}
+    spent = {name: [row.cpu for row in given if row.cpu] for name, given in rows.items()}
+    about = {key: found[key] for key in ("kind", "settings", "made_cpu_s", "trusted", "headline") if key in found}
+    return {
+        **about,
+        "cpu_s": {name: np.quantile(given, (0.5, 0.95)).round(3).tolist() for name, given in spent.items() if given},
+        "counts": {name: counts(given) for name, given in rows.items()},
+    }
+
+
+def _write(file: Path, text: str) -> None:
+    """A file that is whole or not there."""
+    fresh = file.with_suffix(".part")
+    fresh.write_text(text)
+    fresh.rename(file)
 
 
 def settings_of(arguments: Sequence[str]) -> dict[str, Any]:
@@ -168,22 +191,20 @@ def _number(key: str, text: str, kind: type[int] | type[float]) -> int | float:
     return number
 
 
-def _check_made_with(path: Path, held: object, own: dict[str, Any]) -> None:
+def _check_made_with(path: Path, held: object, own: dict[str, Any], key: str) -> None:
     """Stop at what an earlier run has left with other settings, or without saying with which."""
     if held != own:
         got = "settings that it does not tell" if held is None else held
-        raise SystemExit(f"benchmarks.twin: {path} was made with {got}, not {own}; name another out.")
+        raise SystemExit(f"benchmarks.twin: {path} was made with {got}, not {own}; name another {key}.")
 
 
-def table_of(files: Sequence[Path]) -> dict[tuple[str, str], list[list[Judged]]]:
-    """Rows of each machine by method and kind of machine."""
-    table: dict[tuple[str, str], list[list[Judged]]] = {}
+def table_of(files: Sequence[Path]) -> dict[tuple[str, str], list[Counts]]:
+    """Counts of each machine by method and kind of machine."""
+    table: dict[tuple[str, str], list[Counts]] = {}
     for file in files:
         held, method = json.loads(file.read_text()), file.stem.split("-")[-1]
-        for name, rows in held["rows"].items():
-            given = [Judged.restore(row) for row in rows]
-            if given:
-                table.setdefault((f"{method}, {name}", held["kind"]), []).append(given)
+        for name, given in held["counts"].items():
+            table.setdefault((f"{method}, {name}", held["kind"]), []).append(given)
     return dict(sorted(table.items()))
 
 

@@ -7,9 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-from indexer_experiments.tables import grouped, table
+from indexer_experiments import tables
 
 
 @dataclass(frozen=True)
@@ -63,25 +61,22 @@ class Judged:
         return self.refused or self.true != self.named
 
 
-COUNTS = (
-    "misnamed", "misnamed above", "healthy called faulty", "healthy named", "intervals hold", "alone", "beside others",
-    "detected at the stated size", "left out refused",
-)  # fmt: skip
-"""What is counted; see `flags`."""
+Counts = Mapping[str, Sequence[int]]
+"""Of each column: hits, of how many."""
 
 SHOWN = {
     "misnamed": "misnamed", "misnamed above": "misnamed above the size",
     "healthy called faulty": "healthy called faulty", "intervals hold": "intervals hold",
     "detected at the stated size": "alarm at the stated size", "left out refused": "unknown refused",
 }  # fmt: skip
-"""Columns of a table, with their headings."""
+"""Columns of a table, of those of `counts`, with their headings."""
 
 
-def flags(rows: Sequence[Judged]) -> dict[str, list[bool]]:
-    """What is counted in each column, record by record; of intervals, fault by fault. A healthy record is called faulty
+def counts(rows: Sequence[Judged]) -> Counts:
+    """What is counted in each column, over records; of intervals, over faults. A healthy record is called faulty
     by the verdict, which no fault below its smallest stated size makes, and named where any fault is told."""
     known = [row for row in rows if not row.left_out and row.at_size is None]
-    return {
+    counted = {
         "misnamed": [row.wrong for row in known],
         "misnamed above": [row.refused or row.true != row.large for row in known if row.above and row.true],
         "healthy called faulty": [bool(row.large) or row.refused for row in known if not row.true],
@@ -92,30 +87,23 @@ def flags(rows: Sequence[Judged]) -> dict[str, list[bool]]:
         "detected at the stated size": [row.at_size for row in rows if row.at_size is not None],
         "left out refused": [row.refused for row in rows if row.left_out],
     }
+    return {name: (sum(given), len(given)) for name, given in counted.items()}
 
 
-def summary(rows: Sequence[Judged]) -> dict[str, float | None]:
-    """Shares over records; None where there is no record to count."""
-    return {name: float(np.mean(given)) if given else None for name, given in flags(rows).items()}
-
-
-def markdown(rows: Mapping[tuple[str, str], Sequence[Sequence[Judged]]]) -> str:
+def markdown(table: Mapping[tuple[str, str], Sequence[Counts]]) -> str:
     """A table with a line for each method and kind of machine: of each column the share in per cent over all records of
-    its machines, its 95 % interval and the counts; the last one is the processor time of a record, median and 95 %."""
-    body = []
-    for (method, kind), machines in rows.items():
-        found = [flags(given) for given in machines]
-        cells = [_share([one[column] for one in found]) for column in SHOWN]
-        spent = [row.cpu for given in machines for row in given if row.cpu]
-        cells.append("{:.3g}, {:.3g}".format(*np.quantile(spent, (0.5, 0.95))) if spent else "–")
-        body.append([method, kind, str(len(machines)), *cells])
-    return table(["method", "machine", "machines", *SHOWN.values(), "processor time, s"], body)
+    its machines, its 95 % interval and the counts."""
+    body = [
+        [method, kind, str(len(machines)), *(_share([one[column] for one in machines]) for column in SHOWN)]
+        for (method, kind), machines in table.items()
+    ]
+    return tables.table(["method", "machine", "machines", *SHOWN.values()], body)
 
 
-def _share(machines: Sequence[Sequence[bool]]) -> str:
+def _share(machines: Sequence[Sequence[int]]) -> str:
     """ "8.1 (4.3–11.5), 48 of 592" of what is counted machine by machine."""
-    whole = [flag for given in machines for flag in given]
-    if not whole:
+    hits, of = (sum(each) for each in zip(*machines, strict=True))
+    if not of:
         return "–"
-    low, high = grouped(machines)
-    return f"{100.0 * np.mean(whole):.1f} ({100.0 * low:.1f}–{100.0 * high:.1f}), {sum(whole)} of {len(whole)}"
+    low, high = tables.grouped([[k < hit for k in range(count)] for hit, count in machines])
+    return f"{100.0 * hits / of:.1f} ({100.0 * low:.1f}–{100.0 * high:.1f}), {hits} of {of}"

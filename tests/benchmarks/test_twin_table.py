@@ -17,7 +17,7 @@ from benchmarks.twin import records, truth
 from benchmarks.twin.judging import judged, misnamed, row_of
 from benchmarks.twin.pipelines import _Fixed
 from benchmarks.twin.records import drawn, records_of
-from benchmarks.twin.table import Judged, markdown, summary
+from benchmarks.twin.table import Judged, counts, markdown
 from benchmarks.twin.truth import HEALTHY, Truth, write_bench
 from indexer_env import OperatingPoint, load_machine
 from indexer_env.units import RPM
@@ -31,16 +31,16 @@ CRACK, BOTH, NONE = frozenset({"crack"}), frozenset({"crack", "loose_base"}), fr
 
 
 def test_a_slight_false_name_counts_among_all_records_but_not_in_the_headline():
-    found = summary([Judged(CRACK, BOTH, CRACK, False, True), Judged(CRACK, CRACK, CRACK, False, True)])
-    assert found["misnamed"] == 0.5 and found["misnamed above"] == 0.0
-    refused = summary([Judged(CRACK, CRACK, CRACK, True, True)])
-    assert refused["misnamed"] == refused["misnamed above"] == 1.0
+    found = counts([Judged(CRACK, BOTH, CRACK, False, True), Judged(CRACK, CRACK, CRACK, False, True)])
+    assert found["misnamed"] == (1, 2) and found["misnamed above"] == (0, 2)
+    refused = counts([Judged(CRACK, CRACK, CRACK, True, True)])
+    assert refused["misnamed"] == refused["misnamed above"] == (1, 1)
 
 
 def test_a_healthy_record_with_a_slight_false_name_is_named_but_not_called_faulty():
     rows = [Judged(NONE, CRACK, NONE, False, True), Judged(NONE, CRACK, CRACK, False, True)]
-    found = summary([*rows, Judged(NONE, NONE, NONE, True, True), Judged(NONE, NONE, NONE, False, True)])
-    assert found["healthy called faulty"] == 0.5 and found["healthy named"] == 0.75
+    found = counts([*rows, Judged(NONE, NONE, NONE, True, True), Judged(NONE, NONE, NONE, False, True)])
+    assert found["healthy called faulty"] == (2, 4) and found["healthy named"] == (3, 4)
 
 
 def test_physics_is_asked_about_what_is_misnamed_but_not_about_strangers():
@@ -51,8 +51,8 @@ def test_physics_is_asked_about_what_is_misnamed_but_not_about_strangers():
 
 def test_intervals_are_counted_in_both_groups():
     rows = [Judged(CRACK, CRACK, CRACK, False, True, (True,)), Judged(BOTH, BOTH, BOTH, False, True, (True, False))]
-    found = summary(rows)
-    assert (found["alone"], found["beside others"]) == (1.0, 0.5)
+    found = counts(rows)
+    assert (found["alone"], found["beside others"]) == ((1, 1), (1, 2))
 
 
 def test_records_of_the_stated_size_and_strangers_have_rows_of_their_own():
@@ -60,10 +60,10 @@ def test_records_of_the_stated_size_and_strangers_have_rows_of_their_own():
         Judged(CRACK, NONE, NONE, False, True, at_size=True), Judged(CRACK, NONE, NONE, False, True, at_size=False),
         Judged(NONE, NONE, NONE, True, True, left_out=True), Judged(NONE, NONE, NONE, False, True),
     ]  # fmt: skip
-    found = summary(rows)
-    assert found["detected at the stated size"] == 0.5 and found["left out refused"] == 1.0
-    assert found["misnamed"] == 0.0 and found["healthy called faulty"] == 0.0
-    told = markdown({("twin", "as modelled"): [rows]})
+    found = counts(rows)
+    assert found["detected at the stated size"] == (1, 2) and found["left out refused"] == (1, 1)
+    assert found["misnamed"] == (0, 1) and found["healthy called faulty"] == (0, 1)
+    told = markdown({("twin", "as modelled"): [found]})
     assert "| twin | as modelled | 1 | 0.0 (0.0–79.3), 0 of 1 | – |" in told and "50.0 (9.5–90.5), 1 of 2" in told
 
 
@@ -247,7 +247,7 @@ def begun(tmp_path, monkeypatch, *arguments: str) -> list[str]:
 @pytest.mark.parametrize("other", ["seed=6", "records=20", "simulated=1000"])
 def test_a_run_that_was_stopped_goes_on_with_its_own_settings_alone(tmp_path, monkeypatch, other):
     for _ in range(2):
-        assert begun(tmp_path, monkeypatch) == ["rows", "work-0.015-0.1-0-twin"]
+        assert begun(tmp_path, monkeypatch) == ["counts", "rows", "work-0.015-0.1-0-twin"]
     with pytest.raises(SystemExit, match=r"work-0\.015-0\.1-0-twin was made with .*; name another out"):
         command.main(["machines=1", f"out={tmp_path}", other])
     (tmp_path / "work-0.015-0.1-0-twin" / "settings.json").unlink()
@@ -266,9 +266,29 @@ def test_what_was_made_goes_when_its_rows_are_written_and_not_before(tmp_path, m
     command.main(["machines=1", f"out={tmp_path}"])
     assert not work.exists() and [path.name for path in rows.iterdir()] == ["0.015-0.1-0-twin.json"]
     # of a run that was stopped between the two
+    next((tmp_path / "counts").iterdir()).unlink()
     command._begin(work, json.loads(next(rows.iterdir()).read_text())["settings"])
     command.main(["machines=1", f"out={tmp_path}"])
     assert not work.exists()
+
+
+def test_what_is_counted_of_a_machine_is_kept_apart_from_its_rows(tmp_path, monkeypatch, capsys):
+    """Another folder takes counts over and makes nothing anew; such of other settings are refused."""
+    begun(tmp_path / "first", monkeypatch)
+    rows = [Judged(CRACK, NONE, NONE, False, True, cpu=0.5), Judged(CRACK, CRACK, CRACK, False, True, (True,), cpu=1.5)]
+    found = {"kind": "as modelled", "headline": "as drawn", "rows": {"networks": [row.plain() for row in rows]}}
+    monkeypatch.setattr(command, "done", lambda *given: found)
+    command.main(["machines=1", f"out={tmp_path / 'first'}"])
+    told = capsys.readouterr().out
+    kept = tmp_path / "first" / "counts"
+    held = json.loads((kept / "0.015-0.1-0-twin.json").read_text())
+    assert held["counts"]["networks"]["misnamed"] == [1, 2] and held["cpu_s"] == {"networks": [1.0, 1.45]}
+    assert held["headline"] == "as drawn" and "| twin, networks | as modelled | 1 | 50.0 (9.5–90.5), 1 of 2 |" in told
+    monkeypatch.setattr(command, "done", None)
+    command.main(["machines=1", f"out={tmp_path / 'other'}", f"counts={kept}"])
+    assert capsys.readouterr().out in told and not list((tmp_path / "other" / "rows").iterdir())
+    with pytest.raises(SystemExit, match=r"counts/0\.015-0\.1-0-twin\.json was made with .*; name another counts"):
+        command.main(["machines=1", f"out={tmp_path / 'other'}", f"counts={kept}", "records=20"])
 
 
 def test_the_drawing_without_a_fit_has_what_records_leave_of_the_drawing(tmp_path, monkeypatch):
