@@ -6,6 +6,7 @@ import csv
 import glob
 import os
 import re
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -15,12 +16,16 @@ from indexer_records.formats import SUFFIXES
 FILE = "file"
 """Column that names the file of a row."""
 
+_BESIDE = (".yaml", ".yml")
+"""Endings of what is said about files."""
+
 _COMMA = re.compile(r"^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$")
 """A number with a decimal comma."""
 
 
 def files_found(command: str, key: str, files: str) -> tuple[Path, list[Path]]:
     """The folder that the files of a folder or a pattern have in common, and the files sorted by their name below it.
+    Of a folder those with a known ending are taken; how many others there are is told on the error stream.
 
     Raises
     ------
@@ -29,9 +34,10 @@ def files_found(command: str, key: str, files: str) -> tuple[Path, list[Path]]:
     """
     folder = Path(files)
     if folder.is_dir():
-        every = (path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
         hidden = {path for path in folder.rglob(".*")}
-        paths = [path for path in every if path.is_file() and not hidden.intersection((path, *path.parents))]
+        shown = (path for path in folder.rglob("*") if not hidden.intersection((path, *path.parents)))
+        every = [path for path in shown if path.is_file()]
+        paths = [path for path in every if path.suffix.lower() in SUFFIXES]
         remedy = f"known endings are {', '.join(SUFFIXES)}"
     else:
         # A file's own name may hold what a pattern would.
@@ -40,8 +46,18 @@ def files_found(command: str, key: str, files: str) -> tuple[Path, list[Path]]:
         remedy = f"a pattern is quoted: {key}='\"bench/**/*.tdms\"'" if glob.has_magic(files) else "check the path"
     if not paths:
         raise refuse(command, key, "a folder or pattern with measured files", files, remedy)
+    if folder.is_dir():
+        _tell_others(folder, [path for path in every if path.suffix.lower() not in (*SUFFIXES, *_BESIDE)])
     root = folder if folder.is_dir() else common_folder(paths)
     return root, sorted(paths, key=lambda path: path.relative_to(root).as_posix())
+
+
+def _tell_others(folder: Path, others: Sequence[Path]) -> None:
+    """That files are left out by their endings, as the format of one that is named is told by its content."""
+    if others:
+        count = "one file of another ending is" if len(others) == 1 else f"{len(others)} files of other endings are"
+        example = min(path.relative_to(folder).as_posix() for path in others)
+        print(f"in {folder} {count} left out, {example}; what a pattern names is read", file=sys.stderr)
 
 
 def common_folder(paths: Sequence[Path]) -> Path:

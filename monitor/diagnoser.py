@@ -31,12 +31,17 @@ def diagnoser_of(settings: Settings) -> tuple[Diagnoser, Settings]:
             remedy = "give sensor_radius=NUMBER"
             rule = "the accelerometers' distance from the table's axis in m, as the model was taught at a known one"
             raise refuse("monitor", "sensor_radius", rule, None, remedy)
-        return diagnoser, settings
+        stations = settings.plan.stations or diagnoser.stations
+        return diagnoser, replace(settings, plan=replace(settings.plan, stations=stations))
     diagnoser = TwinDiagnoser(Twin.load(settings.twin), settings.load_torque, settings.motor_speeds)
     unknown = {name: limits for name, limits in settings.plan.limits.items() if name == CHANGE}
     limits = limits_of(diagnoser.twin, settings.twin_limits, settings.deadband) | unknown
     _check_limits("twin_limits", limits, diagnoser)
-    return diagnoser, replace(settings, plan=replace(settings.plan, limits=limits))
+    stations = diagnoser.twin.machine.stations
+    if settings.plan.stations not in (None, stations):
+        rule = f"{stations}, as the twin's machine has it, or left out"
+        raise refuse("monitor", "stations", rule, settings.plan.stations)
+    return diagnoser, replace(settings, plan=replace(settings.plan, limits=limits, stations=stations))
 
 
 def _check_limits(key: str, limits: Mapping[str, Limits], diagnoser: Diagnoser) -> None:

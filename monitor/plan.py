@@ -36,8 +36,8 @@ class Plan:
     pulse : Pulse
     sensor_radius : float or None
         Of the accelerometers [m].
-    stations : int
-        Of the tables; levels are told for each where a pulse marks the turns.
+    stations : int or None
+        Of the tables; the level of each is followed where a pulse marks the turns. None: it is not known.
     """
 
     limits: Mapping[str, Limits]
@@ -47,7 +47,7 @@ class Plan:
     pulse_range: tuple[float, float] = (0.0, 1.0)
     pulse: Pulse = Pulse()
     sensor_radius: float | None = None
-    stations: int = 8
+    stations: int | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -261,7 +261,8 @@ def _out_of(config: Mapping[str, Any]) -> Path:
 def _plan(config: Mapping[str, Any]) -> Plan:
     alarms, pulse = config["alarms"], config["pulse"]
     check_integer("alarms", "window", alarms["window"], low=1, unit="turns")
-    check_integer("monitor", "stations", config["stations"], low=1, high=1000)
+    if config["stations"] is not None:
+        check_integer("monitor", "stations", config["stations"], low=2, high=1000)
     radius = config["sensor_radius"]
     if radius is not None:
         check_number("monitor", "sensor_radius", radius, low=0.0, low_open=True, unit="m")

@@ -63,6 +63,13 @@ class ClassifierDiagnoser:
         """Whether turns can be compared only where the radius of the accelerometer is known."""
         return any(model.conditions.sensor_radius is not None for model in self._models.values())
 
+    @property
+    def stations(self) -> int | None:
+        """Of the tables whose records were taught, each one turn; None: they show no indexing, or are not alike."""
+        shown = [model.conditions.stations for model in self._models.values()]
+        counts = {None if one is None else round(sum(one) / 2.0) for one in shown}
+        return counts.pop() if len(counts) == 1 else None
+
     def flaw(self, mode: Mode, turn: StreamedTurn) -> tuple[str, str] | None:
         """The state that keeps a turn from being diagnosed, and a sentence; None: sound."""
         if turn.record is None:

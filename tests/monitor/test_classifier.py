@@ -27,3 +27,14 @@ def test_none_of_the_classes_has_no_probability(monkeypatch, novel, probability)
     found = diagnoser.diagnose_turn(Signal(np.ones(100), RATE, unit="m/s^2"), RecordConditions())
     assert found.probability == probability and found.verdict == told.verdict
     assert found.sizes == {"crack": (0.3, 0.0 if novel else 0.2, 0.4)}, "of what was never taught no size is sure"
+
+
+@pytest.mark.parametrize(
+    ("shown", "stations"),
+    [([(5.8, 6.3)], 6), ([(5.8, 6.3), (6.0, 6.1)], 6), ([(5.9, 6.1), (7.9, 8.1)], None), ([None], None)],
+)
+def test_the_stations_of_a_model_are_the_indexes_that_its_records_show(shown, stations):
+    diagnoser = object.__new__(ClassifierDiagnoser)
+    models = [SimpleNamespace(conditions=SimpleNamespace(stations=one)) for one in shown]
+    diagnoser._models = {str(k): model for k, model in enumerate(models)}  # type: ignore[misc]
+    assert diagnoser.stations == stations

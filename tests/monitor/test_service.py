@@ -19,6 +19,8 @@ from benchmarks.monitor.programs import free_port
 from indexer_env.errors import ParameterError
 from indexer_env.presets import config_dir
 from indexer_records.measured import Reading
+from monitor.alarms import Limits
+from monitor.diagnoser import diagnoser_of
 from monitor.outputs.outbox import Sender
 from monitor.outputs.webhook import WebhookDelivery
 from monitor.service import Service
@@ -133,7 +135,7 @@ def test_a_wrong_setting_gets_one_sentence(overrides, word):
 
 
 def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_file(monkeypatch, tmp_path):
-    models = SimpleNamespace(needs_radius=True, quantities=("crack",))
+    models = SimpleNamespace(needs_radius=True, quantities=("crack",), stations=8)
     monkeypatch.setattr("monitor.diagnoser.ClassifierDiagnoser", lambda _: models)
     monkeypatch.setattr("monitor.diagnoser.load_model", lambda path: path)
     given = ["source=broker", "model=m", f"out={tmp_path}/kept"]
@@ -161,7 +163,9 @@ def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_f
     ],
 )
 def test_what_cannot_be_used_leaves_no_folder(source, more, word, monkeypatch, tmp_path):
-    models = SimpleNamespace(needs_radius=False, quantities=("crack",), modes=[SimpleNamespace(duration=1.0)])
+    models = SimpleNamespace(
+        needs_radius=False, stations=8, quantities=("crack",), modes=[SimpleNamespace(duration=1.0)]
+    )
     monkeypatch.setattr("monitor.diagnoser.ClassifierDiagnoser", lambda _: models)
     monkeypatch.setattr("monitor.diagnoser.load_model", lambda path: path)
     with socket.create_server(("127.0.0.1", 0)) as taken:
@@ -354,6 +358,29 @@ def test_a_monitor_that_would_watch_nothing_is_refused(monkeypatch, tmp_path):
         more = ["limits.crack=null"] if key == "limits" else []
         with pytest.raises(ParameterError, match=rf"monitor\.{key} must be limits of what .*\(crack\)"):
             Service(settings_of(config("source=broker", "port=0", "broker_port=0", given, f"out={tmp_path}/x", *more)))
+
+
+def test_stations_are_those_of_the_twin_or_the_model_unless_stated(monkeypatch):
+    """The level of each is followed; by the eight of the reference machine others would be cut anywhere."""
+
+    def stations_of(*given):
+        return diagnoser_of(settings_of(config("source=broker", *given)))[1].plan.stations
+
+    told = SimpleNamespace(quantities=("crack",), needs_radius=False, stations=6)
+    told.twin = SimpleNamespace(machine=SimpleNamespace(stations=6))
+    for name in ("TwinDiagnoser", "ClassifierDiagnoser"):
+        monkeypatch.setattr(f"monitor.diagnoser.{name}", lambda *_: told)
+    monkeypatch.setattr("monitor.diagnoser.load_model", lambda path: path)
+    monkeypatch.setattr("monitor.diagnoser.Twin", SimpleNamespace(load=lambda path: path))
+    monkeypatch.setattr("monitor.diagnoser.limits_of", lambda *_: {"crack": Limits(0.1, 0.2, 0.3)})
+    assert stations_of("twin=t") == stations_of("twin=t", "stations=6") == stations_of("model=m") == 6
+    assert stations_of("model=m", "stations=4") == 4
+    with pytest.raises(
+        ParameterError, match=r"monitor\.stations must be 6, as the twin's machine has it, or left out, got 4"
+    ):
+        stations_of("twin=t", "stations=4")
+    told.stations = None
+    assert stations_of("model=m") is None
 
 
 @pytest.mark.parametrize(

@@ -224,3 +224,18 @@ def test_a_file_whose_name_is_a_pattern_is_found(bench):
     (bench / "worn" / "run [1].csv").write_text("x")
     root, (path,) = files_found("ingest", "measured", str(bench / "worn" / "run [1].csv"))
     assert (root, path.name) == (bench / "worn", "run [1].csv")
+
+
+def test_files_that_a_folder_leaves_out_by_their_ending_are_told(tmp_path, capsys):
+    """Nothing is told of what says something about the files, and of hidden ones."""
+    for name in ("a.csv", "records.yaml", ".hidden.lvm"):
+        (tmp_path / name).write_text("0,1\n")
+    files_found("ingest", "measured", str(tmp_path))
+    assert not capsys.readouterr().err
+    (tmp_path / "b.lvm").write_text("0,1\n")
+    files_found("ingest", "measured", str(tmp_path))
+    assert "one file of another ending is left out, b.lvm; what a pattern names is read" in capsys.readouterr().err
+    (tmp_path / "c").write_text("0,1\n")
+    assert [path.name for path in files_found("ingest", "measured", str(tmp_path))[1]] == ["a.csv"]
+    assert "2 files of other endings are left out, b.lvm;" in capsys.readouterr().err
+    assert len(files_found("ingest", "measured", f"{tmp_path}/*")[1]) == 4
