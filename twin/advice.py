@@ -42,7 +42,7 @@ def advice(about: Mapping[str, Any]) -> list[str]:
             f"All inertias, stiffnesses and torques are known to ±{share:.1f} % (95 %) in common, as healthy motion "
             f"hardly shows their scale. Loads that are known better, and one larger than {heaviest:g} N m, would tell "
             "it: record them, state how well they are known (load_uncertainty=0.02) and make the twin anew. Sizes in "
-            "N m carry this error, all others do not."
+            "N m carry this error, and so does how loose the base is."
         )
     if about["calibration"]["start_compared"]:
         found.append(
@@ -107,7 +107,8 @@ def _one(speeds: Sequence[float]) -> bool:
 def _best(about: Mapping[str, Any]) -> str | None:
     """The operating point at which most faults are seen best."""
     best: dict[tuple[float, float], int] = {}
-    for fault in about["settings"]["faults"]:
+    table = about["settings"]["faults"]
+    for fault in table:
         rows = [row for row in about["detection"] if row["fault"] == fault and row["size"] is not None]
         if rows:
             row = min(rows, key=lambda one: one["size"])
@@ -116,6 +117,5 @@ def _best(about: Mapping[str, Any]) -> str | None:
     if not best:
         return None
     (rpm, load), count = max(best.items(), key=lambda item: item[1])
-    return (
-        f"Diagnose at {rpm:.0f} rpm and {load:g} N m where you may choose: {count} of the faults are seen best there."
-    )
+    where = f"{rpm:.0f} rpm and {load:g} N m"
+    return f"Diagnose at {where} where you may choose: there {count} of {len(table)} faults show best."

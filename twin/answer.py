@@ -22,9 +22,10 @@ networks say; of those that the networks do not name, the likeliest one is told.
 An alarm of the networks for which no fault is likely is unknown, or healthy where the nearest fault is too small to
 matter; a remark says so.
 
-A fault that both name has the networks' size, but where they see another one that is not there: what is fitted beside
-simulated turns has intervals that hold as often as they say. A fault smaller than the smallest size that matters is
-told, but not in the headline; with such faults alone the machine is healthy.
+A fault that both name has the networks' size, but where they see another one that is not there or the turn is like none
+that was simulated: what is fitted beside simulated turns has intervals that hold as often as they say. Where the two
+differ in station, or their intervals do not meet, a remark says so. A fault smaller than the smallest size that matters
+is told, but not in the headline; with such faults alone the machine is healthy.
 """
 
 from __future__ import annotations
@@ -38,59 +39,17 @@ from scipy.special import expit, logit
 
 from discrepancy.grades import STANDS_IN
 from indexer_cli.words import joined
-from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
-from twin.faults import FAULTS, Fault, number_of
+from twin.faults import FAULTS, Fault
+from twin.found import BOTH, FoundFault, by_network, by_physics, physical
 from twin.physics import PhysicalFault, Physics
-
-_BOTH = "physics and network"
-"""Who names a fault."""
 
 _SURE = 1.0 - 1e-6
 """Largest probability that counts: no network is surer."""
 
 _MORE_THAN_NOISE = 1.2
 """Times the noise above which faults do not explain a record."""
-
-
-@dataclass(frozen=True)
-class FoundFault:
-    """A fault of the answer.
-
-    Attributes
-    ----------
-    name, words : str
-    size, low, high : float
-        In the shop's unit.
-    unit : str
-    probability : float
-    station : int or None
-    by : str
-        "physics and network", "physics" or "network".
-    matters : bool
-    sized_by : str
-        Whose size and interval it has: "physics" or "network".
-    """
-
-    name: str
-    words: str
-    size: float
-    low: float
-    high: float
-    unit: str
-    probability: float
-    station: int | None
-    by: str
-    matters: bool
-    sized_by: str = "network"
-
-    @property
-    def told(self) -> str:
-        """As a sentence has it."""
-        place = "" if self.station is None else f" at station {self.station}"
-        digits = [number_of(value) for value in (self.size, self.low, self.high)]
-        return f"{self.words}{place}, {digits[0]} {self.unit} ({digits[1]} to {digits[2]})"
 
 
 @dataclass(frozen=True)
@@ -133,34 +92,46 @@ def answer_of(
     `faults` are those of the twin's table."""
     if network.verdict == NOT_COMPARABLE:
         return Answer(NOT_COMPARABLE, f"Not comparable: {network.reason}", (), (), network, physics)
-    seen = _by_network(network)
+    seen = by_network(network)
     if physics is None:
-        return _with(network.verdict, seen, _nameless(network), network, None)
+        told = () if network.verdict == UNKNOWN else seen
+        return _with(network.verdict, told, _nameless(network), network, None)
     remains = f"{physics.level:.1f} times the noise remains"
     if physics.verdict == FAULTY:
-        found = _by_physics(physics, seen, machine, matters, faults)
-        if network.verdict == UNKNOWN and network.novelty > 1.0 and physics.level > _MORE_THAN_NOISE:
+        strange = network.verdict == UNKNOWN and network.novelty > 1.0
+        found = by_physics(physics, seen, machine, matters, faults, own=strange)
+        if strange and physics.level > _MORE_THAN_NOISE:
             said = joined([fault.told for fault in found])
             why = f"By physics {said}, beside which {remains}."
             return _with(UNKNOWN, (), (f"By the networks {network.reason}.", why), network, physics)
         kept, more = _kept(found, seen, physics), _more(found, network, physics, machine, matters, faults)
         if len(kept) < len(_others(found, seen)):
             # the networks' sizes are those beside a fault that is not there
-            found = _by_physics(physics, seen, machine, matters, faults, own=True)
+            found = by_physics(physics, seen, machine, matters, faults, own=True)
         every = (*found, *kept, *more)
         if physics.level > _MORE_THAN_NOISE and not any(fault.matters for fault in every):
             said = joined([fault.told for fault in every])
             why = f"By physics {said}, smaller than what is surely seen, beside which {remains}."
             return _with(UNKNOWN, (), (*_nameless(network), why), network, physics)
-        return _with(FAULTY, every, _differences(found, seen, physics), network, physics)
+        remarks = (
+            *_differences(every, seen, physics),
+            *_apart(by_physics(physics, (), machine, matters, faults), seen),
+        )
+        return _with(FAULTY, every, remarks, network, physics)
     if physics.verdict == HEALTHY:
-        remarks = _nameless(network)
-        if network.verdict != HEALTHY:
-            said = joined([fault.told for fault in seen]) or "something that is in no table"
-            remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
         there: Sequence[FoundFault] = ()
         if network.alarm > 0.0 and network.novelty <= 1.0:
             there = (*_kept((), seen, physics), *_more((), network, physics, machine, matters, faults))
+        remarks = _nameless(network)
+        if network.verdict != HEALTHY:
+            dropped = _others(there, seen)
+            said = joined([fault.told for fault in dropped]) or "something that is in no table"
+            if dropped or not there:
+                remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
+        if there:
+            said = joined([fault.words for fault in there])
+            without = f"Physics explains the record also without {said}"
+            remarks = (*remarks, f"{without}; by networks and physics together it is there more likely than not.")
         return _with(FAULTY if there else HEALTHY, there, remarks, network, physics)
     remains = f"{remains} that no fault of the table explains ({physics.sentence.rstrip('.')})."
     seen = tuple(_kept((), seen, physics))
@@ -178,11 +149,15 @@ def _nameless(network: TurnDiagnosis) -> tuple[str, ...]:
 def _kept(found: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> Sequence[FoundFault]:
     """The networks' other faults that stand beside those that physics found, but those that networks and physics
     together find less likely there than not; none where physics explains the record by another one."""
-    if physics.level <= _MORE_THAN_NOISE and any(fault.by != _BOTH for fault in found):
+    if physics.level <= _MORE_THAN_NOISE and any(fault.by != BOTH for fault in found):
         return ()
     evidence = {one.fault: one.evidence for one in physics.measured}
-    others = _others(found, seen)
-    return [one for one in others if one.name not in evidence or _both(one.probability, evidence[one.name]) > 0.5]
+    kept = []
+    for one in _others(found, seen):
+        measured = evidence.get(one.name, 0.0)
+        if one.name not in evidence or _both(one.probability, measured) > 0.5:
+            kept.append(dataclasses.replace(one, by=BOTH if measured > 0.0 else one.by))
+    return kept
 
 
 def _both(probability: float, evidence: float) -> float:
@@ -196,7 +171,7 @@ def _more(
 ) -> tuple[FoundFault, ...]:  # fmt: skip
     """The fault that neither names and that both together find the likeliest, if more likely there than not; one alone,
     as each is measured as if no other were missing."""
-    if any(fault.by != _BOTH for fault in found):
+    if any(fault.by != BOTH for fault in found):
         return ()
     table, unnamed = {fault.name: fault for fault in faults}, {one.name: one for one in network.unnamed}
     looked = [one for one in physics.measured if one.fault in unnamed]
@@ -206,7 +181,7 @@ def _more(
         return ()
     station = unnamed[best.fault].station
     seen = PhysicalFault(best.fault, best.size, best.low, best.high, chance, STANDS_IN, station)
-    return (dataclasses.replace(_physical(seen, table.get(best.fault), machine, matters), by=_BOTH),)
+    return (dataclasses.replace(physical(seen, table.get(best.fault), machine, matters), by=BOTH),)
 
 
 def _with(
@@ -228,55 +203,27 @@ def _with(
     return Answer(verdict, headline, ordered, tuple(remarks), network, physics)
 
 
-def _by_network(network: TurnDiagnosis) -> tuple[FoundFault, ...]:
-    return tuple(
-        FoundFault(
-            one.name, FAULTS[one.name].words, one.size, one.low, one.high, one.unit, one.probability, one.station,
-            "network", one.matters,
-        )
-        for one in network.faults
-    )  # fmt: skip
-
-
-def _by_physics(
-    physics: Physics, seen: Sequence[FoundFault], machine: Machine, matters: Mapping[str, float],
-    faults: Sequence[Fault], own: bool = False,
-) -> tuple[FoundFault, ...]:  # fmt: skip
-    """The faults of physics; those that the networks name too with the networks' size, or with its `own`."""
-    named, table = {one.name: one for one in seen}, {fault.name: fault for fault in faults}
-    found = []
-    for one in physics.faults:
-        both = named.get(one.fault)
-        if both is None:
-            found.append(_physical(one, table.get(one.fault), machine, matters))
-        else:
-            station = one.station if both.station is None else both.station
-            whose = _physical(one, table.get(one.fault), machine, matters) if own else both
-            found.append(dataclasses.replace(whose, probability=both.probability, by=_BOTH, station=station))
-    return tuple(found)
-
-
-def _physical(one: PhysicalFault, fault: Fault | None, machine: Machine, matters: Mapping[str, float]) -> FoundFault:
-    if fault is None:
-        words = EFFECTS[one.fault].sentence.rstrip(".")
-        return FoundFault(
-            one.fault, words, one.size, one.low, one.high, "", one.probability, one.station, "physics", True, "physics"
-        )  # fmt: skip
-    shop = [fault.told(min(share, fault.most), machine) for share in (one.size, one.low, one.high)]
-    words = " or ".join((fault.words, *one.rivals))
-    return FoundFault(
-        fault.name, words, shop[0], min(shop[1:]), max(shop[1:]), fault.unit, one.probability, one.station, "physics",
-        abs(one.size) >= matters.get(fault.name, 0.0), "physics",
-    )  # fmt: skip
-
-
 def _others(faults: Sequence[FoundFault], seen: Sequence[FoundFault]) -> tuple[FoundFault, ...]:
     """The networks' faults that physics does not name."""
     names = {fault.name for fault in faults}
     return tuple(fault for fault in seen if fault.name not in names)
 
 
+def _apart(measured: Sequence[FoundFault], seen: Sequence[FoundFault]) -> tuple[str, ...]:
+    """Of faults that both name: where physics and networks contradict each other in station or size."""
+    named = {fault.name: fault for fault in seen}
+    pairs = [(one, named[one.name]) for one in measured if one.name in named]
+    return tuple(
+        f"Physics and networks differ: {one.told} by physics, {other.told} by the networks."
+        for one, other in pairs
+        if (None not in (one.station, other.station) and one.station != other.station)
+        or one.high < other.low
+        or other.high < one.low
+    )
+
+
 def _differences(faults: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> tuple[str, ...]:
+    """`faults` are all that are told."""
     more = [fault for fault in _others(faults, seen) if fault.matters]
     left = physics.level > _MORE_THAN_NOISE
     remarks = []
@@ -284,6 +231,10 @@ def _differences(faults: Sequence[FoundFault], seen: Sequence[FoundFault], physi
         said, found = (joined([fault.told for fault in some]) for some in (more, faults))
         judged = "leaves more than noise" if left else "explains the record without them"
         remarks.append(f"Networks: also {said}; physics: {found} {judged}.")
+    alone = [fault.words for fault in faults if fault.by == "network" and fault.matters]
+    if alone:
+        judged = "leaves more than noise" if left else "explains the record without it"
+        remarks.append(f"By the networks alone: {joined(alone)}; physics does not name it and {judged}.")
     if any(fault.by == "physics" and fault.matters for fault in faults):
         said = joined([fault.words for fault in faults if fault.by == "physics" and fault.matters])
         remarks.append(f"By physics alone: {said}; the networks do not name it.")

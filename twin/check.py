@@ -88,7 +88,7 @@ def checked(
             False, f"Not to be trusted: {said}; record at the speeds and loads at which you will diagnose.", rows
         )
     if off:
-        said = f"{off[0]['file']} is predicted to {off[0]['level']:.1f} times the noise"
+        said = f"{off[0]['file']} differs from its prediction by {off[0]['level']:.1f} times the noise"
         why = "the drawing, or what was stated of the record, is wrong"
         if not stations_known:
             why += ", or stations differ, as by an imbalance, and nothing tells them: record a once-per-turn pulse"
@@ -96,6 +96,6 @@ def checked(
     sound = sum(row["alarm"] <= 0.0 and row["novelty"] <= 1.0 for row in rows)
     found = f"All {count} {where} come out healthy, not novel and as predicted."
     if sound < count:
-        found = f"{sound} of {count} {where} come out healthy and not novel, as many as chance lets."
+        found = f"{sound} of {count} {where} come out healthy and not novel; the others are no more than chance allows."
     none = " None of the records held out holds a whole turn, so this proves little: record a longer one."
     return Check(True, found + (none if own else ""), rows)

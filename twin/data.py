@@ -146,12 +146,13 @@ def order_of(
 
 
 def untaught(posterior: Path, into: Path) -> Path:
-    """A table of the machines that no network is taught on: healthy turns of others would raise too few alarms."""
+    """A table of the machines that no network is taught on: healthy turns of others would raise too few alarms. All of
+    a posterior of one machine."""
     import pyarrow.parquet as pq
 
     schedule = subset_schedule(SPLIT, "split")
     table = pq.read_table(posterior)
-    kept = [row for row in range(len(table)) if schedule[row % len(schedule)] == "control"]
+    kept = [row for row in range(len(table)) if schedule[row % len(schedule)] == "control" or len(table) == 1]
     into.parent.mkdir(parents=True, exist_ok=True)
     pq.write_table(table.take(kept), into)
     return into

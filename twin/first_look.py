@@ -71,8 +71,8 @@ def sentences(found: Mapping[str, float]) -> tuple[str, str]:
     if found[odd] <= PREDICTED:
         return line, ""
     return line, (
-        f"{odd} is predicted to {found[odd]:.1f} times the noise, more than {PREDICTED:g}: it may be of a faulty "
-        "machine, or the drawing, or what is stated of the record, is wrong; stop and look, or leave it out"
+        f"{odd} differs from its prediction by {found[odd]:.1f} times the noise, more than {PREDICTED:g}: it may be of "
+        "a faulty machine, or the drawing, or what is stated of the record, is wrong; stop and look, or leave it out"
     )
 
 

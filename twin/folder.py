@@ -28,7 +28,7 @@ from twin.synthesis import SQUARE, Synthesis
 from twin.turns import Cells, Healthy
 
 FORMAT = "indexer-twin"
-VERSION = 11
+VERSION = 12
 
 FORMER = ".former"
 """Folder in a twin's own in which it stays while another one is made in its place."""

@@ -145,7 +145,8 @@ class Maker:
             ["calibration.yaml", "posterior.parquet", "remains.safetensors", "machine.yaml", "sensor.yaml"]
         ):
             return
-        self.work.forget("learned", "detection")  # of an update that was stopped as it took them over
+        # of an update that was stopped as it took them over
+        self.work.forget("learned.yaml", "detection.yaml", *(f"{name}.safetensors" for name in (*NETWORKS, PAPER)))
         s = self.settings
         before = None if self.before is None else about_of(self.before)
         scale = 0.0 if before is None else before["calibration"]["scale_spread"]
@@ -170,7 +171,7 @@ class Maker:
         told = {
             **calibration_card(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
-            "load_factor": found.load_factor, "unit": found.sensor.unit,
+            "load_factor": found.load_factor, "unit": found.sensor.unit, "radius": found.sensor.radius,
             "sample_noise": found.noise_share * float(np.median([e.noise_level for e in self.bench.experiments])),
             "recorded": [[p.motor_speed / RPM, p.load_torque] for p in self.bench.points],
             "start_compared": self.bench.start_compared,
@@ -242,22 +243,25 @@ class Maker:
         with progress("simulating", s.simulated + s.healthy, "turns") as advance:
             order = self._order(s.simulated, s.seed, points=points)
             turns = data.made(order, self.faults, self.healthy, points, self.out / "data" / "faulty", advance)
-            untaught = data.untaught(self.out / "posterior.parquet", self.out / "data" / "untaught.parquet")
-            order = self._order(s.healthy, s.seed + 1, points=points, how_many=(1.0,), posterior=untaught)
+            order = self._order(s.healthy, s.seed + 1, points=points, how_many=(1.0,), posterior=self._untaught())
             healthy = data.made(order, self.faults, self.healthy, points, self.out / "data" / "healthy", advance)
         return turns, healthy
+
+    def _untaught(self) -> Path:
+        """Machines that no network was taught on."""
+        return data.untaught(self.out / "posterior.parquet", self.out / "data" / "untaught.parquet")
 
     def _learn(self, turns: tuple[data.Turns, data.Turns]) -> None:
         self.work.write("learned", learned(self.out, *turns, self.faults, self.healthy, self.view, self.settings))
 
     def _detect(self) -> None:
         s, points = self.settings, detection.points_of(self.speeds, self.loads)
-        count = detection.TRIED * len(points)
+        count, untaught = detection.TRIED * len(points), self._untaught()
         found: list[dict[str, Any]] = []
         with progress("detection sizes", len(self.faults), "faults") as advance:
             for k, fault in enumerate(self.faults):
                 more = {"points": points, "faults": (fault,), "how_many": (0.0, 1.0), "smallest": detection.SMALLEST}
-                order = self._order(count, s.seed + 100 + k, **more)
+                order = self._order(count, s.seed + 100 + k, posterior=untaught, **more)
                 turns = data.made(order, self.faults, self.healthy, points)
                 found += [
                     seen.plain()

@@ -121,6 +121,8 @@ def _differing(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     said, then = [], before["taught"]
     if before["cells"] != now["cells"]:
         said.append("the sampling rate")
+    if then["radius"] != now["radius"]:
+        said.append("the sensor's distance from the axis")
     if any(not _within(now["range"][name], before["range"][name]) for name in now["range"]):
         said.append("the range of speeds and loads")
     words = {"noise": "the noise", "shift": "the accuracy of the cam angle"}

@@ -118,9 +118,9 @@ def remains_of(
     """What is left of healthy turns (k, stations, cells) of each record.
 
     The fixed part is the mean over a record's cam turns, on it that of each station; either is shrunk by how much of it
-    chance explains (James and Stein), so that noise is not learned by heart. What a mean over k turns, of which the
-    share c is kept, takes of the noise's variance, c (2 − c)/k, is put back into the rest. Of a single turn nothing
-    tells what its stations differ by from noise, and all of it counts as noise.
+    chance explains (James and Stein), so that noise is not learned by heart. What they take of the noise's variance is
+    put back into the rest: a part that is the mean of n cam turns, of which the share c is kept, takes c (2 − c)/n. Of
+    a single turn nothing tells what its stations differ by from noise, and all of it counts as noise.
     """
     fixed, levels, power = [], [], []
     for mine, point in zip(turns, points, strict=True):
@@ -131,11 +131,15 @@ def remains_of(
             left[k] = without_shift(left[k], shapes, float(np.median(np.abs(np.diff(left[k], 2)))) / 1.65)
         count, stations = left.shape[:2]
         common = left.mean(axis=(0, 1))
-        common *= _kept(common, float(left.reshape(-1, left.shape[2]).var(axis=0, ddof=1).mean()) / (count * stations))
+        whole = _kept(common, float(left.reshape(-1, left.shape[2]).var(axis=0, ddof=1).mean()) / (count * stations))
+        common *= whole
         own = left.mean(axis=0) - common
         kept = _kept(own, float(left.var(axis=0, ddof=1).mean()) / count) if count > 1 else 0.0
         fixed.append(common + kept * own)
-        rest = (left - fixed[-1]).reshape(-1, left.shape[2]) / np.sqrt(1.0 - kept * (2.0 - kept) / count)
+        # of the common mean, what the shrinking left of it is in each station's own part once more
+        lost = 1.0 - (1.0 - kept) ** 2 * np.array([1.0, (1.0 - whole) ** 2])
+        taken = ((stations - 1) * lost[0] + lost[1]) / (stations * count)
+        rest = (left - fixed[-1]).reshape(-1, left.shape[2]) / np.sqrt(1.0 - taken)
         sigma = float(rest.std())
         levels.append(sigma / np.sqrt(point.motor_speed))
         power.append((np.abs(np.fft.rfft(rest / max(sigma, 1e-300), axis=1)) ** 2).mean(axis=0))

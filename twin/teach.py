@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -34,11 +35,15 @@ from twin.weigh import Weights, weights_of
 from twin.workplace import keep
 
 GROWN = 600
-"""Control turns that tell what the posterior leaves open beside faults."""
+"""Control turns that tell what the posterior leaves open beside faults, at most."""
+
+NOISES = 50
+"""Draws of the noise for each component: a covariance of fewer makes what is left of a turn look larger."""
 
 FITTED, LEAST_FITTED, OF_EACH = 1.0 / 300.0, 160, 30
 """Control turns that are fitted by simulation, for names, intervals and novelty, as share of the simulated ones, how
-many at least, and how many for each fault of the table; some tenths of a second of a core each."""
+many at least, and how many for each fault of the table, of half of them at most; some tenths of a second of a core
+each."""
 
 
 def learned(
@@ -68,12 +73,12 @@ def learned(
     told = {"false_alarms": s.false_alarms, "coverage": s.coverage, "seed": s.seed}
     judge = judge_of(networks, faulty, sound, view, **told)
     control = np.flatnonzero(faulty.subset == 1)
-    fitted_turns = max(LEAST_FITTED, OF_EACH * len(faults), round(FITTED * len(faulty.x)))
+    asked = max(LEAST_FITTED, OF_EACH * len(faults), round(FITTED * len(faulty.x)))
+    few, apart = np.split(control, [min(asked, len(control) // 2)])
     half = len(sound.x) // 2
     synthesis = _synthesis(
-        out, networks, sound.part(np.arange(half)), faulty.part(control[-GROWN:]), faults, healthy, view, s
+        out, networks, sound.part(np.arange(half)), faulty.part(apart[-GROWN:]), faults, healthy, view, s
     )
-    few = control[:fitted_turns]
     weights, refined = weights_by_control(
         networks, judge, synthesis, faulty.part(few), sound.part(np.arange(half, len(sound.x))), view, s.coverage,
         s.seed, out / "data" / "fits",
@@ -81,7 +86,7 @@ def learned(
     return {
         "judge": judge.plain(), "paper_judge": judge_of(paper, faulty, sound, view, **told).plain(),
         "weights": weights.plain(), "records": len(faulty.x),
-        "taught": {"noise": view.noise, "shift": float(view.shift)},
+        "taught": {"noise": view.noise, "shift": float(view.shift), "radius": healthy.sensor.radius},
         "scores": {
             "twin": scores(refined, few, faulty),
             "networks": scores(*looked_at(networks, faulty, view, control, s.seed + 2, 1), faulty),
@@ -108,7 +113,9 @@ def _synthesis(
     components = Components(of_mean, of_station, patterns_of(healthy.machine, faults))
     feed, own_load = Feed(sound, view), OWN_LOAD * settings.load_uncertainty
     rows, generator = torch.arange(len(sound.x)), torch.Generator().manual_seed(settings.seed + 3)
-    both = (components.of(part.double().numpy()) for part in (feed.noise(feed.point, generator), feed.clean(rows)))
+    rounds = math.ceil(NOISES * components.count / len(rows))
+    noise = [components.of(feed.noise(feed.point, generator).double().numpy()) for _ in range(rounds)]
+    both = np.concatenate(noise), components.of(feed.clean(rows).double().numpy())
     covariance, open_ = (np.ascontiguousarray(m.T @ m / len(m)) for m in both)
     nothing, nuisance = np.zeros_like(covariance), Nuisance.of(out / "posterior.parquet", own_load)
     plain = Synthesis(

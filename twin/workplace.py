@@ -101,9 +101,9 @@ class Workplace:
         keep(self.out / f"{name}.yaml", text.encode())
 
     def forget(self, *names: str) -> None:
-        """Remove NAME.yaml where there is one."""
+        """Remove these files where there are any."""
         for name in names:
-            (self.out / f"{name}.yaml").unlink(missing_ok=True)
+            (self.out / name).unlink(missing_ok=True)
 
     def has(self, names: Sequence[str]) -> bool:
         """Whether it holds all of these files."""

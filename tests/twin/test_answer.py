@@ -39,6 +39,11 @@ def measured(name: str, size: float, spread: float) -> Measured:
     return Measured(name, size, size - 1.96 * spread, size + 1.96 * spread, (size / spread) ** 2)
 
 
+def crack(low: float, high: float, station: int | None = None) -> FaultSeen:
+    """As the networks see it; physics measures 0.5 of the largest crack as 30 % (27 to 33)."""
+    return FaultSeen("crack", 0.9, 0.5 * (low + high), low, high, "% of stiffness lost", 0.2, True, station)
+
+
 def answered(seen: TurnDiagnosis, found: Physics | None):
     return answer_of(seen, found, MACHINE, MATTERS)
 
@@ -61,13 +66,14 @@ def test_faults_that_physics_finds_are_the_answer_with_what_the_networks_said_be
     assert answer.headline == "Faulty: cracked rollers, 30 % of stiffness lost (27 to 33)."
     assert [fault.by for fault in answer.faults] == ["physics"]
     assert "Networks: also growing friction" in answer.remarks[0] and "does not name it" not in answer.headline
-    both = answered(network(FAULTY, "crack"), physics(FAULTY, ("crack", 0.5)))
+    seen = network(FAULTY)
+    both = answered(dataclasses.replace(seen, faults=(crack(28.0, 35.0),)), physics(FAULTY, ("crack", 0.5)))
     assert [fault.by for fault in both.faults] == ["physics and network"] and both.remarks == ()
 
 
 def test_what_remains_behind_found_faults_is_said():
     answer = answered(network(FAULTY, "crack"), physics(FAULTY, ("crack", 0.5), level=3.0))
-    assert answer.remarks == ("3.0 times the noise remains.",)
+    assert answer.remarks[0] == "3.0 times the noise remains."
 
 
 @pytest.mark.parametrize("verdict", [HEALTHY, UNKNOWN])
@@ -97,6 +103,10 @@ def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_
     assert {fault.name for fault in nameless.faults} == ({"crack", "friction"} if there else {"crack"})
     alone = answered(network(FAULTY, "friction"), dataclasses.replace(found, verdict=HEALTHY, faults=()))
     assert alone.verdict == (FAULTY if there else HEALTHY)
+    said = "also without growing friction; by networks" if there else "down to the noise without it"
+    assert said in alone.remarks[0] and len(alone.remarks) == 1
+    if there:
+        assert [fault.by for fault in alone.faults] == ["physics and network"]
 
 
 @pytest.mark.parametrize(
@@ -163,17 +173,15 @@ def test_a_fault_that_both_name_keeps_the_size_of_the_networks():
     assert [(fault.name, fault.by, fault.size) for fault in answer.faults] == [
         ("crack", "physics and network", 5.0), ("friction", "network", 5.0),
     ]  # fmt: skip
-    assert answer.remarks == (
-        "Networks: also growing friction, 5 N m (4 to 6); physics: cracked rollers, 5 N m (4 to 6) explains the "
-        "record without them.",
+    assert answer.remarks[0] == (
+        "By the networks alone: growing friction; physics does not name it and explains the record without it."
     )
 
 
 def test_where_more_than_noise_is_left_the_networks_other_faults_stand_beside_those_of_physics():
     answer = answered(network(FAULTY, "friction"), physics(FAULTY, ("crack", 0.5), level=3.0))
     assert [(fault.name, fault.by) for fault in answer.faults] == [("crack", "physics"), ("friction", "network")]
-    assert answer.remarks[0].startswith("Networks: also growing friction, 5 N m (4 to 6); physics: cracked rollers")
-    assert answer.remarks[0].endswith("leaves more than noise.")
+    assert answer.remarks[0].startswith("By the networks alone: growing friction; physics does not name it and leaves")
 
 
 def test_physics_that_needs_no_fault_overrules_an_alarm_and_says_so():
@@ -194,6 +202,31 @@ def test_an_alarm_without_a_likely_fault_leaves_what_physics_establishes():
     answer = answered(network(UNKNOWN), physics(FAULTY, ("crack", 0.5), level=2.3))
     assert answer.verdict == FAULTY and [fault.name for fault in answer.faults] == ["crack"]
     assert answer.remarks[-1] == "2.3 times the noise remains."
+
+
+def test_without_physics_a_turn_like_none_that_was_simulated_has_no_fault():
+    """Its headline is that no fault of the table explains it."""
+    answer = answered(network(UNKNOWN, "crack"), None)
+    assert answer.verdict == UNKNOWN and answer.faults == ()
+
+
+def test_sizes_beside_a_turn_like_none_that_was_simulated_are_those_of_physics():
+    unlike = dataclasses.replace(network(UNKNOWN), faults=(crack(4.0, 6.0, 5),), novelty=40.0)
+    found = physics(FAULTY, ("crack", 0.5))
+    found = dataclasses.replace(found, faults=(dataclasses.replace(found.faults[0], station=2),))
+    (told,) = answered(unlike, found).faults
+    assert (told.size, told.sized_by, told.station) == (pytest.approx(30.0), "physics", 2)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "station", "differ"), [(28.0, 35.0, 2, False), (28.0, 35.0, 5, True), (34.0, 40.0, 2, True)]
+)
+def test_stations_and_sizes_that_contradict_each_other_are_told(low, high, station, differ):
+    found = physics(FAULTY, ("crack", 0.5))
+    found = dataclasses.replace(found, faults=(dataclasses.replace(found.faults[0], station=2),))
+    answer = answered(dataclasses.replace(network(FAULTY), faults=(crack(low, high, station),)), found)
+    assert answer.faults[0].station == station
+    assert [remark.startswith("Physics and networks differ: ") for remark in answer.remarks] == [True] * differ
 
 
 def test_networks_are_believed_with_a_caution_where_physics_is_at_a_loss():

@@ -33,7 +33,7 @@ def test_a_fault_stands_with_its_place_size_evidence_and_what_to_do():
     for words in ("cracked rollers", "turret, all rollers", "30 % of stiffness lost (27 to 33)", "today.csv"):
         assert words in said
     assert "Inspect the rollers" in said and "5.0 times the noise" in said and "3.0 times" in said
-    assert "Networks: also growing friction" in said and "Caution" not in said
+    assert "By the networks alone: growing friction" in said and "Caution" not in said
     assert 'style="left: 50.0%"' in said
 
 

@@ -54,6 +54,12 @@ def test_a_turn_has_the_point_that_it_was_simulated_for(tmp_path: Path):
         assert load / (0.94 * points[place].load_torque) == pytest.approx(1.0, abs=1.01 * own)
 
 
+def test_a_posterior_of_one_machine_has_that_one_for_the_alarm(tmp_path: Path) -> None:
+    pq.write_table(pa.table({"machine.table_inertia": [5.0]}), tmp_path / "posterior.parquet")
+    kept = pq.read_table(untaught(tmp_path / "posterior.parquet", tmp_path / "untaught.parquet"))
+    assert kept.to_pydict() == {"machine.table_inertia": [5.0]}
+
+
 def test_healthy_turns_for_the_alarm_are_of_machines_that_no_network_learned(tmp_path: Path) -> None:
     pq.write_table(pa.table({"machine.table_inertia": np.arange(40.0)}), tmp_path / "posterior.parquet")
     kept = pq.read_table(untaught(tmp_path / "posterior.parquet", tmp_path / "data" / "untaught.parquet"))

@@ -76,7 +76,7 @@ def test_the_file_of_a_faulty_machine_is_named(odd):
     found = levels(files({odd: CRACKED}))
     assert max(found, key=found.__getitem__) == odd
     _, warning = first_look.sentences(found)
-    assert warning.startswith(f"{odd} is predicted to {found[odd]:.1f} times the noise, more than 2:")
+    assert warning.startswith(f"{odd} differs from its prediction by {found[odd]:.1f} times the noise, more than 2:")
 
 
 def test_a_file_has_no_part_in_what_is_expected_of_it():
@@ -144,4 +144,4 @@ def test_the_calibration_says_and_notes_it(tmp_path, monkeypatch, caplog):
     assert note.startswith("loaded.csv: the load is 24.7 N m by the record, 5 N m stated")
     told = [one.getMessage() for one in caplog.records]
     assert told[0].startswith("left of each file, in times the noise: slow.csv") and note in told
-    assert told[-1].startswith("loaded.csv is predicted to")
+    assert told[-1].startswith("loaded.csv differs from its prediction by")

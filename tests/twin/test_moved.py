@@ -55,7 +55,7 @@ def test_a_size_that_the_new_records_leave_open_is_no_move(half, moved):
 
 
 def test_noise_that_grows_from_update_to_update_is_compared_with_what_was_taught():
-    taught = {"noise": 0.1, "shift": 0.002}
+    taught = {"noise": 0.1, "shift": 0.002, "radius": None}
     before = {**ABOUT, "noise": 0.108, "taught": taught}
     assert gone_on(before, {**ABOUT, "noise": 0.109}, STAYED)[1]
     told, kept = gone_on(before, {**ABOUT, "noise": 0.116}, STAYED)
@@ -70,7 +70,7 @@ def test_what_the_networks_were_taught_with_goes_on_with_them(tmp_path):
     made = maker(before=before)
     made.out, made.work = tmp_path / "twin", Workplace(tmp_path / "twin", "these", False)
     keys = dict.fromkeys(("judge", "paper_judge", "weights", "records", "scores", "detection"), 1)
-    taught = {"noise": 0.1, "shift": 0.002}
+    taught = {"noise": 0.1, "shift": 0.002, "radius": None}
     made._take_over({**keys, "noise": 0.108, "shift": 0.003, "taught": taught})
     assert made.work.read("learned")["taught"] == taught
 
@@ -85,7 +85,7 @@ def updated(
            "size": "error", "rivals": []}  # fmt: skip
     before = {
         "range": {"motor_speed_rpm": [1000.0, 1500.0], "load_torque": [0.0, 20.0]}, "noise": 0.1, "shift": 0.002,
-        "taught": {"noise": 0.1, "shift": 0.002}, "sample_noise": 0.1,
+        "taught": {"noise": 0.1, "shift": 0.002, "radius": None}, "sample_noise": 0.1,
         "cells": dataclasses.asdict(Cells.of(SMOOTH, 500.0, 1500.0 * RPM)),
         "calibration": {**BEFORE, "findings": [row], "scale_spread": 0.02},
     }  # fmt: skip

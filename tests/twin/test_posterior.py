@@ -114,8 +114,8 @@ def test_what_the_draws_leave_open_has_no_name() -> None:
 
 ABOUT = {
     "cells": {"stations": 8, "count": 64, "rate": 500.0}, "noise": 0.1, "shift": 0.002,
-    "range": {"motor_speed_rpm": [1200.04, 1500.0], "load_torque": [2.0, 20.0]},
-    "taught": {"noise": 0.1, "shift": 0.002},
+    "radius": None, "range": {"motor_speed_rpm": [1200.04, 1500.0], "load_torque": [2.0, 20.0]},
+    "taught": {"noise": 0.1, "shift": 0.002, "radius": None},
 }  # fmt: skip
 STAYED = {"since": False, "sentence": "The machine has not moved since."}
 
@@ -135,6 +135,7 @@ def test_networks_are_kept_where_what_they_were_taught_on_holds_for_the_new_reco
         ({"shift": 0.004, "noise": 0.2}, "the noise and the accuracy of the cam angle differ,"),
         ({"range": {"motor_speed_rpm": [1000.0, 1500.0], "load_torque": [2.0, 20.0]}}, "the range of speeds and loads"),
         ({"cells": {**ABOUT["cells"], "rate": 1000.0}}, "the sampling rate differs"),
+        ({"radius": 0.2}, "the sensor's distance from the axis differs"),
     ],
 )
 def test_networks_are_not_kept_for_records_of_another_kind(change, words):

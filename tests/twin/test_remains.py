@@ -80,6 +80,16 @@ def test_noise_of_which_nothing_is_fixed_is_as_large_as_it_is():
     assert np.sqrt((left.spectrum**2).mean() / CELLS.count) == pytest.approx(1.0, rel=0.05), "over its own size"
 
 
+def test_noise_beside_what_all_stations_share_is_as_large_as_it_is():
+    """Of one turn its mean takes a share of the noise; the mean of ten, seeds 0 to 9."""
+    sound, pattern = healthy(), 10.0 * NOISE * np.sin(np.linspace(0.0, 40.0, CELLS.count))
+    found = []
+    for seed in range(10):
+        noise = NOISE * np.random.default_rng(seed).standard_normal((1, 8, CELLS.count))
+        found.append(remains_of([sound.turn(FAST) + pattern + noise], [FAST], 1e-6, sound).sigma(FAST))
+    assert np.mean(found) == pytest.approx(NOISE, rel=0.02)
+
+
 def measured(point: OperatingPoint, turns: float, noise: float, rng: np.random.Generator) -> np.ndarray:
     """Turns of a record whose samples have white noise."""
     signal, told = record(rpm=point.motor_speed / RPM, load=point.load_torque, turns=turns)

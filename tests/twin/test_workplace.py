@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from safetensors.numpy import load_file
 
 from indexer_env.errors import ParameterError
 from tests.twin.builders import MACHINE, NOISE, WEIGHTS, healthy, view
@@ -80,14 +81,17 @@ def test_a_twin_that_was_put_aside_is_found(tmp_path):
 
 
 def test_networks_and_synthesis_are_as_readable_as_the_umask_says(tmp_path, monkeypatch, open_to_all):
-    weighed = WEIGHTS, {"faults": np.zeros((15, 2))}
+    weighed = WEIGHTS, {"faults": np.zeros((7, 2))}
     monkeypatch.setattr("twin.teach.weights_by_control", lambda *given: weighed)
     known = {"machine.table_inertia": np.full(3, MACHINE.table_inertia)}
     pq.write_table(pa.table(known), tmp_path / "posterior.parquet")
     settings = Settings(epochs=1, false_alarms=0.05)
     faulty, sound = turns(60, 1, faulty=True), turns(60, 2, faulty=False)
     told = learned(tmp_path, faulty, sound, chosen(["crack", "friction"]), healthy(), view(), settings)
-    assert told["taught"] == {"noise": pytest.approx(NOISE), "shift": 0.002}
+    assert told["taught"] == {"noise": pytest.approx(NOISE), "shift": 0.002, "radius": None}
     made = sorted(tmp_path.glob("*.safetensors"))
     assert [file.stem for file in made] == ["modes_0", "modes_1", "paper_0", "synthesis"]
     assert {stat.S_IMODE(file.stat().st_mode) for file in made} == {0o644}
+    # white noise has the same power along all axes but what is projected out, also with fewer healthy turns than axes
+    covariance = load_file(made[-1])["covariance"]
+    assert len(covariance) > 30 and np.linalg.eigvalsh(covariance)[4] > 0.6

@@ -25,6 +25,7 @@ def page(about: Mapping[str, Any], machine: Machine, remains: Remains) -> str:
         about=about, name=machine.name, points=_points(about), rows=[_row(about, fault) for fault in faults],
         parameters=[_parameter(row, machine) for row in about["calibration"]["parameters"]], advice=advice(about),
         detection=figures.detection(about["detection"], faults), remains=figures.remains(remains),
+        shared=f"{100.0 * remains.shared:.0f} %",
     )  # fmt: skip
 
 
