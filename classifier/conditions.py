@@ -103,11 +103,22 @@ class Conditions:
 
     def not_compared(self, record: RecordConditions) -> tuple[str, ...]:
         """Keys of the conditions that are known of the training records but not of this one."""
-        pairs = {
+        pairs = self._beside(record)
+        del pairs["sensor_radius"]  # it must be known
+        return tuple(key for key, (trained, value) in pairs.items() if trained is not None and value is None)
+
+    def not_known(self, record: RecordConditions) -> tuple[str, ...]:
+        """Keys of the conditions that are known of this record but not of all training records."""
+        pairs = self._beside(record)
+        return tuple(key for key, (trained, value) in pairs.items() if trained is None and value is not None)
+
+    def _beside(self, record: RecordConditions) -> dict[str, tuple[Any, Any]]:
+        """By key, what is known of the training records and of this one."""
+        return {
             "motor_speed_rpm": (self.motor_speed, record.motor_speed),
             "machine": (self.machines or None, record.machine),
+            "sensor_radius": (self.sensor_radius, record.sensor_radius),
         }
-        return tuple(key for key, (trained, value) in pairs.items() if trained is not None and value is None)
 
     def sensor_state(self, clipped_share: float, constant_share: float) -> str:
         """What the sensor of a turn with these shares [-] is: "dead", "clipped", or "" where nothing is wrong."""

@@ -57,9 +57,11 @@ class Dataset:
             present = set(self.classes[self.subsets == subset].tolist())
             missing = [label for label in self.codes.classes if label not in present]
             if missing:
+                name = self.codes.names[self.codes.classes.index(missing[0])]
+                more = "add files of it, or say in the labels table (column subset) which go where"
                 raise SignalError(
-                    f"the {subset} subset must hold at least one record of every class, "
-                    f"got none of class {missing[0]}; generate more records."
+                    f"the {subset} subset must hold at least one record of every class, got none of class {missing[0]} "
+                    f"({name}); {more if self.measured else 'generate more records'}."
                 )
 
     @property

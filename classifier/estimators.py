@@ -28,6 +28,9 @@ from classifier.trainers import TRAINERS, Examples, make_trainer
 from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.errors import refuse
 
+_TRIED = 100
+"""Draws of a control subset of whole groups until the others hold records of every class."""
+
 
 def _matrix(estimator: BaseEstimator, X: Any, **rules: Any) -> np.ndarray:
     """X as a float64 matrix, checked as scikit-learn checks."""
@@ -149,10 +152,11 @@ class NetworkClassifier(ClassifierMixin, BaseEstimator):
     def fit(self, X: Any, y: Any, groups: Any = None) -> NetworkClassifier:
         """Train on features (n, count) of classes y (n,).
 
-        groups (n,) : records of one group, a machine or a file, are not parted by the control subset, where all of them
-        weigh as much as one record alone.
+        groups (n,) : records of one group, a machine or a file, are not parted by the control subset; for the
+        probabilities all of them weigh as much as one record alone.
 
-        Raises ParameterError, a ValueError, for a parameter that breaks its rule or records of one class alone.
+        Raises ParameterError, a ValueError, for a parameter that breaks its rule, records of one class alone, or groups
+        of which some class has too few to be taught beside the control subset.
         """
         checked: Any = validate_data(self, X, y, dtype=np.float64)
         inputs, y = checked
@@ -207,7 +211,13 @@ class NetworkClassifier(ClassifierMixin, BaseEstimator):
         had."""
         settings: dict[str, Any] = {"n_splits": 1, "test_size": self.control, "random_state": random}
         if groups is not None:
-            return next(GroupShuffleSplit(**settings).split(positions, positions, groups))
+            splitter = GroupShuffleSplit(**{**settings, "n_splits": _TRIED})
+            classes = np.unique(positions)
+            for taught, control in splitter.split(positions, positions, groups):
+                if np.array_equal(np.unique(positions[taught]), classes):
+                    return taught, control
+            rule = f"such that {1.0 - self.control:.0%} of them hold records of every class"
+            raise refuse("NetworkClassifier", "groups", rule, None, "some class has few groups: lower control")
         rows = round(self.control * len(positions))
         fewest, classes = int(np.bincount(positions).min()), int(positions.max()) + 1
         stratified = fewest >= 2 and classes <= rows <= len(positions) - classes

@@ -29,6 +29,7 @@ from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.words import plain_console
 from indexer_env.checks import check_integer
 from indexer_env.errors import SignalError, refuse
+from indexer_records.measured import same_rate
 
 PICTURE = "transfer.png"
 FILES = (MODEL_YAML, MODEL_TENSORS, *RESULT_FILES, PICTURE)
@@ -43,8 +44,13 @@ def fitted_to(model: Model, dataset: Dataset) -> Dataset:
 
     Raises SignalError for records that the model's features were not made for and for a class that it does not have.
     """
+    if not same_rate(dataset.sample_rate, model.sample_rate):
+        rate = f"{model.sample_rate:g}"
+        raise SignalError(
+            f"the records must be sampled at the rate that the model was trained on, {rate} Hz, got "
+            f"{dataset.sample_rate:g} Hz; ingest them again with sample_rate={rate}."
+        )
     for name, wanted, got in (
-        ("sampled at the rate [Hz]", model.sample_rate, dataset.sample_rate),
         ("in the unit", model.unit, dataset.unit),
         ("of the quantity", model.quantity, dataset.quantity),
         ("of as many channels", model.channels, dataset.channels),

@@ -183,6 +183,10 @@ class Campaign(ABC):
     def machine_draw(self, index: int) -> int:
         """Number of the machine of item `index`, from 0."""
 
+    def machine_number(self, index: int) -> int:
+        """What the column `machine_draw` tells of item `index`: the same for all items of one machine."""
+        return self.machine_draw(index)
+
     def split_number(self, index: int) -> int:
         """Number by which item `index` gets its subset; equal for all items of a machine."""
         return self.machine_draw(index)
@@ -244,7 +248,7 @@ class Campaign(ABC):
             values |= {path: value for path, value in drifted.items() if self.varies(path, design)}
         subset = self._schedule[self.split_number(index) % len(self._schedule)]
         classified = self.classify(index, {**fault_values(base), **values}, base)
-        label = Label(*classified, subset, machine_draw, design.remaining_turns)
+        label = Label(*classified, subset, self.machine_number(index), design.remaining_turns)
         return Item.of(index, label, values, design.refused)
 
 

@@ -78,7 +78,9 @@ def standing(place: Place, head: Mapping[str, Any], overwrite: bool) -> State:
         It holds another order, something other than one data set of ours, or one whose shards are not all there; or no
         folder can be there.
     """
-    place.check()
+    if overwrite or place.size(MANIFEST) is None:
+        # a data set that is finished is only read
+        place.check()
     held = place.names()
     if not held:
         return State.FREE

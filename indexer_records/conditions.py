@@ -69,6 +69,14 @@ class Pulse:
         check_choice("pulse", "edge", self.edge, ("rising", "falling"))
         check_number("pulse", "tolerance", self.tolerance, low=0.0, low_open=True, high=0.5, high_open=True)
 
+    def check_named(self) -> None:
+        """Refuse what says where a pulse begins while no channel is named that has one."""
+        for name, usual in (("threshold", None), ("edge", "rising")):
+            value = getattr(self, name)
+            if self.column is None and value != usual:
+                rule, remedy = "left out where no pulse.column is given", "name it, pulse.column=NAME"
+                raise refuse("pulse", name, rule, value, remedy)
+
 
 @dataclass(frozen=True)
 class TurnGrid:

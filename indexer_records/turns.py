@@ -85,12 +85,7 @@ def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse, least: int = 2)
     SignalError
         The pulse is constant, does not reach the threshold, or has fewer than `least` edges.
     """
-    low, high = float(pulse.min()), float(pulse.max())
-    edges, level = _edges(pulse, low, high, settings)
-    if len(edges) < 2 and settings.threshold is None:
-        among, its = _edges(pulse, *_beside_a_glitch(pulse, low, high), settings)
-        if len(among) >= _MARKS_BESIDE_A_GLITCH:
-            edges, level = among, its
+    edges, (_, _, level) = _found(pulse, settings)
     if len(edges) < least:
         wanted = f"two {settings.edge} edges" if least == 2 else f"one {settings.edge} edge"
         raise SignalError(
@@ -98,6 +93,23 @@ def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse, least: int = 2)
             "level of its edges (pulse.threshold=NUMBER)."
         )
     return edges / rate
+
+
+def pulse_levels(pulse: np.ndarray, settings: Pulse) -> tuple[float, float, float]:
+    """Least and greatest value of a pulse (n,) and the level of its edges, as `pulse_edges` takes them."""
+    return _found(pulse, settings)[1]
+
+
+def _found(pulse: np.ndarray, settings: Pulse) -> tuple[np.ndarray, tuple[float, float, float]]:
+    """Edges [samples], and the extremes and the level that they go by."""
+    low, high = float(pulse.min()), float(pulse.max())
+    edges, level = _edges(pulse, low, high, settings)
+    if len(edges) < 2 and settings.threshold is None:
+        within = _beside_a_glitch(pulse, low, high)
+        among, its = _edges(pulse, *within, settings)
+        if len(among) >= _MARKS_BESIDE_A_GLITCH:
+            return among, (*within, its)
+    return edges, (low, high, level)
 
 
 def _edges(pulse: np.ndarray, low: float, high: float, settings: Pulse) -> tuple[np.ndarray, float]:

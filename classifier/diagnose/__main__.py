@@ -49,6 +49,7 @@ def run(config: dict[str, Any]) -> None:
         from_mapping(Pulse, config["pulse"], "pulse"),
         from_mapping(RecordConditions, _stated(config["known"]), "known"),
     )
+    asked.pulse.check_named()
     model = load_model(path_given("diagnose", "model", config["model"]))
     cases = cases_of(config["measured"], asked, model)
     if out is None:
@@ -100,9 +101,13 @@ def _told(model: Model, cases: Iterable[Case], folder: Path | None, pictures: in
 
 
 def _assume(model: Model, case: Case, told: set[str]) -> None:
-    """Say which conditions of a case are assumed to be those of the training, and add them to those that are told."""
+    """Say which conditions of a case are assumed to be those of the training and which cannot be compared with them,
+    and add them to those that are told."""
     if keys := [key for key in model.conditions.not_compared(case.known) if key not in told]:
         print(f"{'assumed':<{COLUMN}}{', '.join(keys)} as in the training records; known.{keys[0]}=VALUE says it")
+        told.update(keys)
+    if keys := [key for key in model.conditions.not_known(case.known) if key not in told]:
+        print(f"{'not compared':<{COLUMN}}{', '.join(keys)}, as not all training records state it")
         told.update(keys)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from indexer_records.conditions import Pulse, RecordConditions, TurnGrid
 from indexer_records.measured import same_rate
 from indexer_records.resample import MOST_UPSAMPLING
 from indexer_records.stream import StreamedTurn, TurnStream
+from indexer_records.turns import pulse_levels
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,8 +171,11 @@ def diagnose(
             "name them in their order (read.signal_column=[NAME,NAME])."
         )
     values = signal.values if len(signals) == 1 else np.stack([channel.values for channel in signals])
-    span = None if pulse_values is None else (float(np.min(pulse_values)), float(np.max(pulse_values)))
+    span = None
     try:
+        if pulse_values is not None:
+            *extremes, level = pulse_levels(pulse_values, pulse)
+            span, pulse = (extremes[0], extremes[1]), replace(pulse, threshold=level)
         diagnoser = IncrementalDiagnoser(
             model, signal.sample_rate, signal.unit, known, span, pulse, name, signal.quantity
         )

@@ -22,6 +22,7 @@ from indexer_env.signal import Signal
 from indexer_records.conditions import Pulse, RecordConditions
 from indexer_records.file_table import files_found
 from indexer_records.measured import Reading, read_recording
+from indexer_records.resample import resampled
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,16 @@ def _rows(folder: Path, asked: Asked, model: Model) -> Iterator[Case]:
             )
 
 
+def _of_one_turn(values: np.ndarray, rate: float, turn: float) -> np.ndarray:
+    """A record of a turn (n,) as one that lasts `turn` [s], as turns between pulses are made: the table turned a little
+    faster or slower."""
+    samples = round(turn * rate)
+    if samples == len(values):
+        return values
+    step = len(values) / rate / samples
+    return resampled(values.astype(float), rate, rate, np.zeros(1), np.array([step]), samples)[0]
+
+
 def _row(folder: Path, row: dict[str, Any], record: np.ndarray, asked: Asked, model: Model) -> Case:
     name = f"{folder}, item {row['item']}"
     stated = RecordConditions(
@@ -135,7 +146,10 @@ def _row(folder: Path, row: dict[str, Any], record: np.ndarray, asked: Asked, mo
                 f"trained on, got {lasts:g} s; train on records of this speed or machine."
             )
         signals = [
-            Signal(channel, row["sample_rate"], row["quantity"], row["unit"], name) for channel in np.atleast_2d(record)
+            Signal(
+                _of_one_turn(channel, row["sample_rate"], turn), row["sample_rate"], row["quantity"], row["unit"], name
+            )
+            for channel in np.atleast_2d(record)
         ]
         told = diagnose(model, signals, stated)
         # A measured record went through a filter, which hides flat tops that its file had.

@@ -162,6 +162,9 @@ class Own(Campaign):
     def machine_draw(self, index: int) -> int:
         return index
 
+    def machine_number(self, index: int) -> int:
+        return self.split_number(index)
+
     def split_number(self, index: int) -> int:
         """The row, so that no machine is in two subsets; of a single one the draws, which differ in faults alone."""
         rows = len(self._rows[1])

@@ -93,11 +93,7 @@ class Settings:
         if self.motor_turns is not None and self.known.motor_speed is None:
             rule = "given with known.motor_speed_rpm, from which the period follows"
             raise refuse("ingest", "motor_turns", rule, self.motor_turns, "give that or period=SECONDS")
-        if self.pulse.column is None:
-            for name, usual in (("threshold", None), ("edge", "rising")):
-                if (value := getattr(self.pulse, name)) != usual:
-                    rule, remedy = "left out where no pulse.column is given", "name it, pulse.column=NAME"
-                    raise refuse("pulse", name, rule, value, remedy)
+        self.pulse.check_named()
         if self.pulse.column is not None and not self.turns_are_cut:
             remedy = "or give motor_turns=NUMBER and known.motor_speed_rpm=NUMBER"
             raise refuse("ingest", "period", "the duration of one turn of the table in s", None, remedy)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import codecs
 import contextlib
 import io
+import itertools
 import re
 import statistics
 from collections.abc import Callable
@@ -29,6 +30,8 @@ _NUMBER_OR_COMMA = re.compile(_NUMBER.replace(r"\.", "[.,]"))
 _POINT, _COMMA = (re.compile(rf"[+-]?\d*{mark}\d+(?:[eE][+-]?\d+)?") for mark in (r"\.", ","))
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 """A number whose comma may stand between thousands."""
+
+_WHOLE = re.compile(r"[+-]?\d+")
 
 _PLAIN_ROWS = {delimiter: re.compile(f"{_PLAIN}(?:{delimiter}{_PLAIN})*") for delimiter in (";", "\t", ",")}
 """By delimiter, the rows whose cells are numbers without spaces, quotes and decimal commas: those of most files."""
@@ -82,7 +85,10 @@ def _csv(path: Path, text: str) -> MeasuredTable:
     sampled = lines[start : start + _SNIFFED_LINES]
     comma = delimiter != "," and any(re.search(r"\d,\d", line) for line in sampled)
     if comma:
-        _check_comma(path, [cell for line in sampled for cell in _split(line, delimiter)])
+        _check_comma(path, [_split(line, delimiter) for line in sampled])
+    if not header and width > 1 and not any(_split(line, delimiter)[-1] for line in sampled):
+        # each row ends with a delimiter, and the header does not
+        header, width = _header(lines[:start], delimiter, width - 1), width - 1
     names = header or [f"column {index + 1}" for index in range(width)]
     columns = []
     for index, title in enumerate(names):
@@ -94,14 +100,29 @@ def _csv(path: Path, text: str) -> MeasuredTable:
     return MeasuredTable(path, tuple(columns), bool(header), "line", start + 1)
 
 
-def _check_comma(path: Path, cells: list[str]) -> None:
-    """Refuse commas that may all stand between thousands beside points."""
+def _check_comma(path: Path, rows: list[list[str]]) -> None:
+    """Refuse commas that may all stand between thousands: beside points, or in a column whose other numbers are whole
+    and below a thousand."""
+    cells = [cell for row in rows for cell in row]
     points, commas = ([cell for cell in cells if mark.fullmatch(cell)] for mark in (_POINT, _COMMA))
     if points and commas and all(map(_THOUSANDS.fullmatch, commas)):
         raise SignalError(
             f"{path} must have one decimal mark, got {points[0]!r} and {commas[0]!r}; export it without marks "
             "between thousands."
         )
+    for column in itertools.zip_longest(*rows, fillvalue=""):
+        marked = [cell for cell in column if _COMMA.fullmatch(cell)]
+        whole = [cell for cell in column if _WHOLE.fullmatch(cell)]
+        if (
+            marked
+            and whole
+            and all(map(_THOUSANDS.fullmatch, marked))
+            and all(len(one.lstrip("+-")) < 4 for one in whole)
+        ):
+            raise SignalError(
+                f"{path} must have all decimals in each number, or no marks between thousands, got {marked[0]!r} and "
+                f"{whole[0]!r} in one column; export it without marks between thousands."
+            )
 
 
 def _layout(lines: list[str]) -> tuple[str, int, int]:

@@ -59,6 +59,8 @@ def test_what_could_not_be_compared_is_told():
     assert TRAINED.not_compared(known(motor_speed=None, machine=None)) == ("motor_speed_rpm", "machine")
     assert TRAINED.not_compared(known()) == ()
     assert Conditions().not_compared(RecordConditions()) == ()
+    assert Conditions().not_known(known()) == ("motor_speed_rpm", "machine", "sensor_radius")
+    assert TRAINED.not_known(known()) == Conditions().not_known(RecordConditions()) == ()
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,18 @@ def test_groups_are_not_parted() -> None:
     assert len(control) and not set(groups[taught]) & set(groups[control])
 
 
+def test_each_class_is_taught_or_refused() -> None:
+    """A class of two of twelve groups, in many of all draws in the control subset alone; states 0 to 29."""
+    groups = np.arange(60) // 5
+    positions = np.where(groups < 2, 2, groups % 2)
+    model = NetworkClassifier()
+    for state in range(30):
+        taught, control = model._parts(positions, groups, np.random.RandomState(state))
+        assert set(positions[taught]) == {0, 1, 2} and not set(groups[taught]) & set(groups[control])
+    with pytest.raises(ParameterError, match=r"NetworkClassifier\.groups must be such that 50% .* lower control"):
+        NetworkClassifier(control=0.5)._parts(np.array([0, 0, 1, 1]), np.array([0, 0, 1, 1]), np.random.RandomState(0))
+
+
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [

@@ -40,6 +40,7 @@ def test_another_rate_unit_or_class_is_refused(result, other):
     for changes, said in (({"sample_rate": 100.0}, "rate"), ({"unit": "m/s^2"}, "unit")):
         with pytest.raises(SignalError, match=said):
             fitted_to(result.model, dataclasses.replace(other, **changes))
+    fitted_to(result.model, dataclasses.replace(other, sample_rate=200.1))
     named = dataclasses.replace(other.codes, names=("rings at 10 Hz", "rings at 20 Hz", "squeals"))
     with pytest.raises(SignalError, match="squeals"):
         fitted_to(result.model, dataclasses.replace(other, codes=named))

@@ -105,6 +105,10 @@ def test_a_machine_of_the_joint_draws_is_in_one_subset(tmp_path):
     items = [own.item(index, BASE, 0) for index in range(70)]
     subsets = {(item.machine["table_inertia"], item.label.subset) for item in items}
     assert len(subsets) == 7 and {subset for _, subset in subsets} == set(SUBSETS)
+    # what is counted as machines are machines
+    assert {(item.machine["table_inertia"], item.label.machine_draw) for item in items} == {
+        (4.0 + 0.1 * k, k) for k in range(7)
+    }
 
 
 def test_fewer_machines_than_subsets_are_refused_but_for_one(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import pickle
 from dataclasses import replace
@@ -120,6 +121,26 @@ def test_a_stopped_run_goes_on_behind_a_url(small, local, url, monkeypatch):
         generate(replace(small, seed=9), url)
     generate(small, url)
     assert files(url) == local and len(calls) == 4
+
+
+def test_shards_that_another_run_of_the_same_order_has_made_count_once(small, local, url, monkeypatch):
+    """It began and made its first shard while this one was making its own."""
+    begin, other = datagen.generate._until_a_record, []
+
+    def overtaken(*given):
+        made = begin(*given)
+        if not other:
+            other.append(True)
+            with contextlib.suppress(KeyboardInterrupt), monkeypatch.context() as patched:
+                patched.setattr("datagen.generate._make_the_rest", stopped)
+                generate(small, url)
+        return made
+
+    def stopped(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("datagen.generate._until_a_record", overtaken)
+    assert generate(small, url)["records"] == len(read_shards(url)) and files(url) == local
 
 
 def test_a_data_set_behind_a_url_is_replaced_only_when_asked(small, local, url):

@@ -200,7 +200,9 @@ def test_each_way_to_fail_the_check_has_its_sentence():
     assert "like none of the simulated" in checked_with(Fixed(-5.0, sound), offset=0.3).reason
     easy = dataclasses.replace(WEIGHTS, quiet=8000.0, quiet_mean=8000.0)
     off = checked_with(Fixed(-5.0, sound), offset=0.3, weights=easy)
-    assert not off.trusted and "from its prediction by 2.9 times the noise" in off.reason and "stations" not in off.reason
+    assert (
+        not off.trusted and "from its prediction by 2.9 times the noise" in off.reason and "stations" not in off.reason
+    )
     unknown = checked_with(Fixed(-5.0, sound), offset=0.3, weights=easy, stations_known=False)
     assert "record a once-per-turn pulse" in unknown.reason
 

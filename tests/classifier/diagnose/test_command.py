@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.csv
 import pytest
+from scipy.signal import resample
 
 from classifier.dataset import rows_sha256
 from classifier.diagnose import __main__ as command
@@ -199,6 +200,7 @@ def test_a_bad_file_costs_itself_and_the_exit_code(place, diagnosed):
         (["measured=5"], "error: measured must be"),
         (["measured=bench/one.csv", "pictures=-1"], "error: pictures must be a whole number >= 0"),
         (["measured=bench/one.csv", "pulse.column=tacho"], "no numeric column 'tacho'"),
+        (["measured=bench/one.csv", "pulse.threshold=2.5"], "pulse.threshold must be left out where no pulse.column"),
         (["measured=bench/one.csv", "pulse.edge=up"], "pulse.edge must be one of rising, falling"),
         (["measured=bench/one.csv", "known.sensor_radius=-1"], "known.sensor_radius must be"),
         (["measured=bench/one.csv", "known=null"], "known must be a mapping"),
@@ -212,6 +214,25 @@ def test_what_gives_no_diagnosis_at_all_is_one_sentence_and_nothing_is_written(p
     assert err.startswith("error: ") and len(err.strip().splitlines()) == 1
     assert words in err
     assert set(place.iterdir()) == before
+
+
+def test_what_is_said_and_the_training_does_not_know_is_told(place, diagnosed):
+    code, out, _ = diagnosed("measured=bench/one.csv", "known.machine=press", "known.motor_speed_rpm=3")
+    assert code == 0 and "not compared motor_speed_rpm, machine, as not all training records state it" in out
+
+
+@pytest.mark.parametrize("samples", [396, 399, 404])
+def test_a_row_of_a_table_that_turned_a_little_faster_or_slower_is_diagnosed(
+    result, dataset, place, diagnosed, write_dataset, samples
+):
+    """It is stretched to the turn that was taught, so that its orders stay."""
+    other = dataclasses.replace(dataset, records=resample(dataset.records, samples, axis=1))
+    write_dataset(other, place / f"of {samples}")
+    assert diagnosed(f"measured='of {samples}'", f"out=as_{samples}", "pictures=0")[0] == 0
+    assert diagnosed("measured=set", "out=as_taught", "pictures=0", "overwrite=true")[0] == 0
+    told = [[row["class_name"] for row in turns(place, out)] for out in (f"as_{samples}", "as_taught")]
+    same = [one == other for one, other in zip(*told, strict=True)]
+    assert len(same) == 72 and sum(same) >= 70
 
 
 def test_a_model_of_known_conditions_asks_for_them(result, place, diagnosed, dataset):

@@ -11,6 +11,8 @@ from classifier.diagnose import IncrementalDiagnoser, diagnose
 from indexer_env.errors import ParameterError, SignalError
 from indexer_env.signal import Signal
 from indexer_env.units import RPM
+from indexer_records.conditions import Pulse
+from indexer_records.turns import pulse_edges
 
 
 def several_turns(dataset, rate, turns=3.4):
@@ -102,3 +104,17 @@ def test_numbers_that_are_none_are_refused(result):
         diagnose(result.model, Signal(np.arange(500.0), 200.0), pulse_values=np.zeros(500))
     with pytest.raises(SignalError, match="the signal: the pulse must be as long as the samples, 500, got 3"):
         diagnose(result.model, Signal(np.arange(500.0), 200.0), pulse_values=np.array([0.0, 5.0, 0.0]))
+
+
+@pytest.mark.parametrize("lobe", [1.0, 1.06, 1.1])
+def test_turns_begin_at_the_edges_of_the_ingest(result, dataset, lobe):
+    """Of a pick-up that reads both polarities, one lobe larger, with noise between them, and of a pulse with one spike;
+    seed 5."""
+    signal, pulse = several_turns(dataset, 200.0, 6.4)
+    both = pulse - lobe * np.roll(pulse, 20) + 0.05 * np.random.default_rng(5).standard_normal(pulse.size)
+    spiked = np.where(np.arange(pulse.size) == 900, 12.0, pulse)
+    for one in (both, spiked):
+        edges = pulse_edges(one, 200.0, Pulse())
+        found = diagnose(result.model, signal, pulse_values=one)
+        assert [report.start for report in found] == pytest.approx(edges[:-1].tolist())
+        assert sum(not report.problem for report in found) >= 4

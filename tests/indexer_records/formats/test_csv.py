@@ -78,6 +78,26 @@ def test_a_comma_between_thousands_is_no_decimal_mark(tmp_path):
     assert "must have one decimal mark, got '0.000' and '1,000'; export it without marks between thousands" in said
 
 
+def test_a_comma_between_thousands_of_whole_numbers_is_no_decimal_mark(tmp_path):
+    """Small values would stay and large ones be a thousandth."""
+    path = tmp_path / "a.csv"
+    counts = (12345, -567, 8901, 45, -2300, 999)
+    path.write_text("time [ms];acc [mm/s^2]\n" + "".join(f"{k};{counts[k % 6]:,}\n" for k in range(200)))
+    said = refusal(path)
+    assert "no marks between thousands, got '12,345' and '-567' in one column; export it without marks" in said
+    rows = "".join(f"{k};{counts[k % 6] / 1000:.3f}\n".replace(".", ",") for k in range(200))
+    path.write_text("time [ms];acc [m/s^2]\n" + rows)
+    assert read_signal(path).values[1] == -0.567
+
+
+def test_a_delimiter_at_the_end_of_each_row_is_no_column(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time [s]\tacc [m/s^2]\n" + "".join(f"{k / 1000:.3f}\t{v}\t\n" for k, v in enumerate(WAVE)))
+    signal = read_signal(path)
+    assert signal.unit == "m/s^2"
+    np.testing.assert_array_equal(signal.values, WAVE)
+
+
 def test_points_that_are_no_decimal_marks_stand_beside_commas(tmp_path):
     path = tmp_path / "a.csv"
     rows = [f"{k / 1000:.3f};{k}.5".replace(".", ",") + ";01.02.2026;12.30;1.234,5" for k in range(200)]
