@@ -155,8 +155,9 @@ class Estimates:
     dispersion: float
 
     def effect(self, name: str, choices: Sequence[tuple[str, float]] = ()) -> FoundEffect:
-        """One effect of the place, its parameters known by their prefix."""
-        mine = [k for k, p in enumerate(self.parameters) if p.name.startswith(f"{name}.")]
+        """One effect of the place, its parameters known by the name before theirs: `inertia.position` is another effect
+        than `inertia`."""
+        mine = [k for k, p in enumerate(self.parameters) if p.name.rpartition(".")[0] == name]
         bound = " and ".join(_at_bound(self.parameters[k], self.believed.z[k]) for k in mine if self.at_bound[k])
         own = (self.estimates[k] for k in mine)
         own = tuple(dataclasses.replace(e, name=e.name.removeprefix(f"{name}.")) for e in own)

@@ -65,10 +65,10 @@ def written(
             f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
             for name in at_nominal
         )
-        return Written(calibrated, "", (*remarks, *_told_otherwise(named, told)))
+        return Written(calibrated, "", (*remarks, *_told_otherwise(named, told, calibrated)))
     if bare is not None:
         which = "This is the nominal machine with what is named"
-        remarks = (f"{which}. The calibrated one is held back: {why}.", *_told_otherwise(named, told))
+        remarks = (f"{which}. The calibrated one is held back: {why}.", *_told_otherwise(named, told, bare))
         return Written(bare, why, remarks)
     return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
 
@@ -108,15 +108,20 @@ def _serves(rows: _Left, criteria: Criteria) -> bool:
     return helps and not any(left > max(open_, criteria.at_noise) for _, left, open_ in rows)
 
 
-def _told_otherwise(named: Sequence[FoundEffect], told: Estimates) -> list[str]:
-    """What must be said of effects whose sizes were found beside one that is not in the set of the estimates."""
-    sizes = [(one.name, one.parameters[0], told.effect(one.name).parameters[0]) for one in named]
-    return [
-        f"The {size.name} of {name} is {here.value:.4g} here, where only what is named stands; it was found as "
-        f"{size.value:.4g} beside a hint that takes up a part of it."
-        for name, size, here in sizes
-        if here.value != size.value
-    ]
+def _told_otherwise(named: Sequence[FoundEffect], told: Estimates, place: Point) -> list[str]:
+    """What must be said of effects whose sizes were found beside a hint that is not in the set of the place, or beside
+    a parameter at its bound that is nominal there."""
+    here = {p.name: f"{v:.4g}" for p, v in zip(place.hypothesis.parameters, place.values, strict=True)}
+    found = []
+    for one in named:
+        size, alone = one.parameters[0], told.effect(one.name).parameters[0]
+        beside = "a hint that takes up a part of it" if alone.value != size.value else "a parameter held at its bound"
+        if (value := here[f"{one.name}.{size.name}"]) != f"{size.value:.4g}":
+            found.append(
+                f"The {size.name} of {one.name} is {value} here, where only what is named stands; it was found as "
+                f"{size.value:.4g} beside {beside}."
+            )
+    return found
 
 
 def _within_bounds(model: Model, told: Estimates) -> tuple[Point, list[str]]:

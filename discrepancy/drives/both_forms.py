@@ -157,7 +157,8 @@ class FormSubject(Subject):
 
     def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
         assert isinstance(model, DriveModel)
-        late = said_of_holding(self.drive, self.commands, self.rates, place)
+        # a delay and a loop's lag act on the first input alone
+        late = said_of_holding(self.drive, self.commands[:1], self.rates, place)
         return (*told(model.slots, place.z, model.names), *late)
 
     def meaning(self, effect: str) -> str:

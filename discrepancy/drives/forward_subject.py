@@ -129,7 +129,7 @@ class ForwardSubject(FormSubject):
         whole = Windows(np.zeros(int(mine.sum()), dtype=np.int64), whole.first[mine], whole.count[mine])
         for size in (1.0, *_SIZES) if longest.u.shape[1] else (1.0,):
             words = "the same motion again" if size == 1.0 else f"the same input, {size:g} times as large"
-            course = _imagined(longest, size)
+            course = _imagined(longest, size, self._middles(base))
             model = ForwardModel(
                 self.drive, [course], whole, base.scales, base.measured, base.rates, base.known,
                 base.hypotheses(), base.substeps,
@@ -137,12 +137,21 @@ class ForwardSubject(FormSubject):
             found.append(Measurement(words, model, _RAISED))
         return tuple(found)
 
+    def _middles(self, model: ForwardModel) -> np.ndarray:
+        """About what each state moves (states,): a joint's position about the middle of its stroke, all else about
+        zero."""
+        middles = np.zeros(len(self.drive.states))
+        for joint, scales in zip(self.drive.joints, model.scales, strict=True):
+            middles[self.drive.states.index(joint.position)] = scales.middle
+        return middles
 
-def _imagined(course: Course, size: float) -> Course:
-    """The record with its input and motion so many times as large, nothing read, and the noise raised."""
+
+def _imagined(course: Course, size: float, middles: np.ndarray) -> Course:
+    """The record with its input and its motion about these middles of the states so many times as large, nothing read,
+    and the noise raised."""
     return dataclasses.replace(
         course, rows=np.zeros_like(course.rows), noise=_RAISED * course.noise, u=size * course.u,
-        states=size * course.states,
+        states=middles + size * (course.states - middles),
     )  # fmt: skip
 
 

@@ -15,13 +15,11 @@ from __future__ import annotations
 import copy
 import dataclasses
 import functools
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from discrepancy.drives import smoothing
 from discrepancy.drives.both_forms import DriveModel
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import EFFECTS, TABLES, DriveEffect
@@ -42,14 +40,6 @@ _REMEMBERED = 64
 
 _NUDGE = 1e-4
 """Of a channel's size, by which it is moved to see what its noise does."""
-
-
-_FALLS = 5.0
-"""Density of the force's noise just above the motion's cut-off, over that of the upper half of the band, from which on
-it falls with frequency. White noise has 1 there, and the force of most motions hardly adds to it."""
-
-_UNFILTERED = 0.25
-"""Highest frequency over the rate at which that is read, below where the noise is taken from else."""
 
 
 class InverseModel(DriveModel):
@@ -79,7 +69,7 @@ class InverseModel(DriveModel):
         self.parameters = self.slots.parameters
         self.counts, self.groups = windows.count, windows.groups
         self.names = tuple(self.tracks[k].name for k in windows.tracks)
-        falling = [_falling_noise(self.tracks[k]) for k in windows.tracks]
+        falling = [self.tracks[k].falling_noise for k in windows.tracks]
         self.falling = tuple(name for name, noise in zip(self.names, falling, strict=True) if noise)
         self.noise = np.array([self._noise(self.tracks[k]) for k in windows.tracks])
         self.measured = [self.tracks[k].measured for k in windows.tracks]
@@ -137,7 +127,7 @@ class InverseModel(DriveModel):
             row = track.input(name)
             size = float(np.ptp(row)) or 1.0
             sources.append((size, noise, {"u": track.inputs_with(name, row + _NUDGE * size)}))
-        at, total = self._nominal(track), (_falling_noise(track) or track.noise) ** 2
+        at, total = self._nominal(track), (track.falling_noise or track.noise) ** 2
         for size, noise, moved in sources:
             if noise:
                 there = self._nominal(dataclasses.replace(track, **moved))
@@ -269,20 +259,3 @@ class InverseModel(DriveModel):
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         return np.zeros((0, 0))
-
-
-@functools.lru_cache(maxsize=64)
-def _falling_noise(track: Track) -> float:
-    """Standard deviation of the force's noise in the comparison [F] where it falls with frequency, as behind a filter;
-    0 where it is as white as was read off the top of its spectrum or stated."""
-    rate, both = 1.0 / track.step, 1.0 / math.hypot(1.0 / track.wide, 1.0 / track.cutoff)
-    if track.stated or 2.0 * track.wide > _UNFILTERED * rate:
-        return 0.0
-    low = track.wide
-    found = smoothing.quiet_density(track.force, rate, low)
-    # what the motion's kernel has left of it there
-    middle = math.sqrt(2.0) * low
-    found *= math.exp((2.0 * math.pi * middle * smoothing.deviation(track.wide)) ** 2)
-    if smoothing.passed_noise(found, both) < math.sqrt(_FALLS) * track.noise:
-        return 0.0
-    return smoothing.falling_noise(found, middle, both, float(track.t[-1] - track.t[0]))

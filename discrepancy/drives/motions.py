@@ -22,7 +22,8 @@ _STANDING = 0.3
 
 
 def imagined(track: Track) -> Iterator[tuple[str, Track]]:
-    """Motions in words, each as a track whose force is zero."""
+    """Motions in words, each as a track whose force is zero; its noise is that of this track, as if stated."""
+    track = dataclasses.replace(track, noise=track.falling_noise or track.noise, stated=True)
     for pace in PACES:
         words = "the same motion again" if pace == 1.0 else f"the same path at {pace:g} times the speed"
         yield words, _changed(track, track.q, pace * track.v, pace**2 * track.a, track.step / pace)
@@ -61,9 +62,15 @@ def _behind(track: Track, q: np.ndarray, v: np.ndarray, a: np.ndarray, pace: flo
 def _changed(
     track: Track, q: np.ndarray, v: np.ndarray, a: np.ndarray, step: float | None = None, u: Any = None
 ) -> Track:
-    """The comparison's kernel keeps its length in samples, so that a faster motion is compared in a wider band."""
+    """The kernels keep their lengths in samples, so that a faster motion is seen and compared in a wider band. The
+    variance of white noise grows with the band b, that of its k-th derivative with b^(2k + 1)."""
     step = step or track.step
-    u = _behind(track, q, v, a, track.step / step) if u is None else u
-    cutoff = track.cutoff * track.step / step
-    t = track.t[0] + step * np.arange(len(q))
-    return dataclasses.replace(track, q=q, v=v, a=a, u=u, step=step, cutoff=cutoff, t=t, force=np.zeros_like(q))
+    pace = track.step / step
+    u = _behind(track, q, v, a, pace) if u is None else u
+    orders = dict(zip(LOAD, range(len(LOAD)), strict=True))
+    return dataclasses.replace(
+        track, q=q, v=v, a=a, u=u, step=step, cutoff=pace * track.cutoff, wide=pace * track.wide,
+        t=track.t[0] + step * np.arange(len(q)), force=np.zeros_like(q), noise=pace**0.5 * track.noise,
+        motion_noise=tuple(pace ** (k + 0.5) * noise for k, noise in enumerate(track.motion_noise)),
+        input_noise={n: pace ** (orders.get(n, 0) + 0.5) * noise for n, noise in track.input_noise.items()},
+    )  # fmt: skip

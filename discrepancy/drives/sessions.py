@@ -112,6 +112,6 @@ def told(slots: Slots, point: np.ndarray, names: Sequence[str]) -> tuple[str, ..
 
 
 def stated(slots: Slots, point: np.ndarray, names: Sequence[str]) -> Mapping[str, Mapping[str, float]]:
-    """The same as numbers: by record, then by parameter."""
-    own = slots.by_record(point)
+    """The same as numbers: by record, then by parameter; the nominal machine has one value for all."""
+    own = slots.by_record(point) if np.any(point[slots.at[:, list(slots.differing)]]) else {}
     return {name: {key: values[k] for key, values in own.items()} for k, name in enumerate(names)} if own else {}

@@ -37,6 +37,13 @@ _SMEARED = 2.0
 """Standard deviations of the motion's kernel by which a standstill may be longer than it seems: that smooths the start
 out of it."""
 
+_UNFILTERED = 0.25
+"""Highest frequency over the rate at which that is read, below where the noise is taken from else."""
+
+_FALLS = 5.0
+"""Density of the force's noise just above the motion's cut-off, over that of the upper half of the band, from which on
+it falls with frequency. White noise has 1 there, and the force of most motions hardly adds to it."""
+
 _LEAST_NOISE = 1e-4
 """Least noise over the rms of the force: a record without noise still has digits and a model that is not exact."""
 
@@ -106,6 +113,22 @@ class Track:
     @property
     def _loaded(self) -> bool:
         return LOAD[1] in getattr(self.u, "_fields", ())
+
+    @functools.cached_property
+    def falling_noise(self) -> float:
+        """Standard deviation of the force's noise in the comparison [F] where it falls with frequency, as behind a
+        filter; 0 where it is as white as was read off the top of its spectrum or stated."""
+        rate, both = 1.0 / self.step, 1.0 / math.hypot(1.0 / self.wide, 1.0 / self.cutoff)
+        if self.stated or 2.0 * self.wide > _UNFILTERED * rate:
+            return 0.0
+        low = self.wide
+        found = smoothing.quiet_density(self.force, rate, low)
+        # what the motion's kernel has left of it there
+        middle = math.sqrt(2.0) * low
+        found *= math.exp((2.0 * math.pi * middle * smoothing.deviation(self.wide)) ** 2)
+        if smoothing.passed_noise(found, both) < math.sqrt(_FALLS) * self.noise:
+            return 0.0
+        return smoothing.falling_noise(found, middle, both, float(self.t[-1] - self.t[0]))
 
     def inputs_with(self, name: str, row: np.ndarray) -> Any:
         """The inputs, one of them another row (n,)."""

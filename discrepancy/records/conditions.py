@@ -118,9 +118,9 @@ def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, 
         A file without a row or with two, an unknown name, a value that breaks its rule, files of different machines.
     """
     rows = {} if table is None else _rows(table)
-    found = {}
+    found, taken = {}, {}
     for name in names:
-        row = {} if table is None else _row_of(name, rows, table)
+        row = {} if table is None else _row_of(name, rows, table, taken)
         place = f"{table}, {name}" if table else name
         si = {_si(key) for key in row}
         common = {key: value for key, value in known.items() if value is not None and _si(key) not in si}
@@ -250,7 +250,8 @@ def written(file: str) -> str:
     return file.replace("\\", "/").removeprefix("./")
 
 
-def _row_of(name: str, rows: Mapping[str, Mapping[str, Any]], table: Path) -> Mapping[str, Any]:
+def _row_of(name: str, rows: Mapping[str, Mapping[str, Any]], table: Path, taken: dict[str, str]) -> Mapping[str, Any]:
+    """The row of a file; `taken` has the files whose rows are named by the end of their path, by that."""
     if name in rows:
         return rows[name]
     meant = [written for written in rows if name.endswith(f"/{written}")]
@@ -258,6 +259,11 @@ def _row_of(name: str, rows: Mapping[str, Mapping[str, Any]], table: Path) -> Ma
         got = "two or more" if meant else "none"
         remedy = f"name it in the column {FILE!r} once, or move what is no record out of the folder"
         raise SignalError(f"{table} must have one row for {name}, got {got}; {remedy}.")
+    first = taken.setdefault(meant[0], name)
+    if first != name:
+        raise SignalError(
+            f"{table} must have a row for each file, got {meant[0]} for {first} and {name}; name them by their folders."
+        )
     return rows[meant[0]]
 
 

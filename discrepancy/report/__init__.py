@@ -43,9 +43,9 @@ def report_files(outcome: Outcome) -> dict[str, str]:
 
 def _page(outcome: Outcome, whole: dict[str, Any]) -> str:
     """The page for people. Where it cannot be drawn, a page that says so: what was found must not be lost by it."""
-    from discrepancy.report import page
-
     try:
+        from discrepancy.report import page
+
         return page.page(outcome, whole)
     except Exception as error:
         _log.exception("the page could not be drawn")
@@ -58,7 +58,11 @@ def _with_table(outcome: Outcome) -> dict[str, str]:
     table = outcome.table
     if table is None:
         return {}
-    machine = outcome.subject.files(outcome.answer.model, table.place)["machine.yaml"]
+    try:
+        machine = outcome.subject.files(outcome.answer.model, table.place)["machine.yaml"]
+    except Exception as error:
+        _log.exception("the table could not be written as a machine")
+        return {"with_table.yaml": f"# It could not be written ({type(error).__name__}: {error}).\n"}
     form, calibration = table.form, outcome.answer.calibration
     ends = " and ".join(f"from {axis.low:.4g} to {axis.high:.4g}" for axis in form.axes)
     said = [

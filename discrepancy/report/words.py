@@ -94,7 +94,8 @@ def _taken_up(outcome: Outcome) -> str:
 
 def _yet(outcome: Outcome) -> str:
     """What the records fitted show beyond chance all the same, though those held out are at their noise."""
-    if outcome.left is None or not outcome.left.significant:
+    tolerated = outcome.answer.criteria.tolerance is not None  # and what the test sees may be within it
+    if outcome.left is None or not outcome.left.significant or tolerated:
         return ""
     return f", though the records fitted disagree with it beyond chance{where_in_short(outcome.left)}"
 
@@ -216,7 +217,8 @@ def _closed_question(outcome: Outcome) -> str:
     """What is open where no measurement was asked for."""
     if not outcome.asked:
         return "Whether anything is open is not known, as that stage failed"
-    if outcome.left is None or not outcome.left.significant:
+    tolerated = outcome.answer.criteria.tolerance is not None
+    if outcome.left is None or not outcome.left.significant or tolerated:
         return "Nothing is open"
     return (
         "No name is open; the records fitted still disagree beyond chance, though those held out do not: where records "

@@ -1,5 +1,6 @@
 """Intervals and weak directions, on a model whose answer is known in closed form."""
 
+import dataclasses
 import zlib
 
 import numpy as np
@@ -147,6 +148,18 @@ class Started(Apart):
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         return super().residuals(hypothesis, jobs) + jobs.states * np.linspace(-1.0, 1.0, 25)
+
+
+def test_an_effect_whose_name_begins_that_of_another_has_its_own_numbers() -> None:
+    """Of the standard effects `inertia` and `inertia.position`; an effect of one's own may be called `friction`."""
+    told = fitted(Line(0.05, np.random.default_rng(8)))
+    for order in (("inertia.position.size", "inertia.size"), ("inertia.size", "inertia.position.size")):
+        parameters = tuple(dataclasses.replace(p, name=n) for p, n in zip(told.parameters, order, strict=True))
+        estimates = tuple(dataclasses.replace(e, name=n) for e, n in zip(told.estimates, order, strict=True))
+        both = dataclasses.replace(told, parameters=parameters, estimates=estimates)
+        for name in ("inertia", "inertia.position"):
+            (size,) = both.effect(name).parameters
+            assert (size.name, size.value) == ("size", told.estimates[order.index(f"{name}.size")].value)
 
 
 def test_what_the_records_cannot_tell_is_named() -> None:

@@ -183,6 +183,14 @@ def test_records_are_laid_out_for_the_report(truth: np.ndarray, tmp_path: Path) 
     assert {axis.name for axis in view.axes} == {"direction", "position", "speed", "time"}
     names = [m.name for m in subject.measurements(subject.model)]
     assert "the same motion again" in names and len(names) == 3
+    # a larger motion is larger about the middle of the stroke, wherever the encoder's zero lies
+    moved = made(tmp_path, truth + 5.0)
+    (larger,) = (m.model for m in moved.measurements(moved.model) if "2 times" in m.name)
+    states, q = larger.courses[0].states, moved.model.courses[0].states[:, 0]
+    assert np.ptp(states[:, 0]) == pytest.approx(2.0 * np.ptp(q))
+    assert 0.5 * (states[:, 0].max() + states[:, 0].min()) == pytest.approx(
+        0.5 * (q.max() + q.min()), abs=0.02 * np.ptp(q)
+    )
     assert "drive: my_drive.py" in subject.files(subject.model, start_of(subject)[1])["machine.yaml"]
 
 

@@ -59,6 +59,9 @@ def test_half_a_sample_is_said_to_look_like_a_command_that_is_held(
     )
     assert subject.of_records(subject.model, places[0]) == (() if told else (said,))
     assert subject.of_records(subject.model, places[1]) == ()
+    # a second input has no part in a delay
+    subject.commands = ("u", "load")
+    assert subject.of_records(subject.model, places[0]) == (() if told else (said,))
 
 
 def test_a_force_that_is_held_acts_until_the_next_one(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from discrepancy.chain import run_chain
 from discrepancy.drives.channels import Record, read_drive_records
+from discrepancy.drives.description import LOAD
 from discrepancy.drives.door import subject_of
 from discrepancy.drives.effects import EFFECTS
 from discrepancy.drives.motions import imagined
@@ -180,6 +181,12 @@ def test_imagined_motions_take_the_load_along(tmp_path: Path) -> None:
     found = dict(imagined(track))
     slow = found["the same path at 0.5 times the speed"]
     np.testing.assert_allclose(slow.deflection, 0.25 * track.deflection, atol=1e-12)
+    # half the band: of white noise a position keeps 0.5^0.5, an acceleration 0.5^2.5
+    assert (slow.cutoff, slow.wide) == pytest.approx((0.5 * track.cutoff, 0.5 * track.wide))
+    for now, before in ((slow.motion_noise, track.motion_noise), *(
+        (tuple(one.input_noise[name] for name in LOAD) for one in (slow, track)),
+    )):  # fmt: skip
+        assert now == pytest.approx([0.5 ** (k + 0.5) * noise for k, noise in enumerate(before)])
     for words, one in found.items():
         if "standstill" in words:
             still = one.v == 0.0

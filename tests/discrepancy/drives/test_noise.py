@@ -99,6 +99,12 @@ def test_noise_that_falls_with_frequency_is_read_just_above_the_cut_off(made, fa
     problem, place = start_of(subject)
     assert 0.5 < place.level(problem.model) < 2.0
     assert any("noise falls with frequency in a.csv" in note for note in subject.notes) == falls
+    # a motion that could be asked for next has the noise of this one, in a band that is as wide as it is fast
+    own = subject.model.noise[0]
+    asked = {one.name: one.model.noise[0] for one in subject.measurements(subject.model)}
+    assert asked["the same motion again"] == pytest.approx(own, rel=1e-6)
+    slow, fast = (asked[f"the same path at {pace:g} times the speed"] for pace in (0.5, 2.0))
+    assert slow < 0.75 * own and fast > 1.4 * own
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.02])

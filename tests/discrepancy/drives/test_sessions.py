@@ -1,5 +1,6 @@
 """Values that differ from record to record: fitted for each, held-out ones too, and named where nobody said so."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +75,9 @@ def test_a_parameter_of_each_record(text: str, name: str, tmp_path: Path) -> Non
     assert found["records"]["day_2.csv"][name] == pytest.approx(DAYS[1], rel=0.02)
     (said,) = made.of_records(made.model, place)  # nothing more differs
     assert said.startswith(f"{name} of each record [N]: 1") and said.endswith("(day_2.csv).")
+    # the nominal drive has one value for all
+    nominal = dataclasses.replace(place, z=np.zeros_like(place.z))
+    assert "records" not in yaml.safe_load(made.files(made.model, nominal)["machine.yaml"])
     again = subject_of(made.drive, of_days(), found)
     assert fitted(again)[0].level(again.model) == pytest.approx(place.level(made.model), rel=0.02)
     assert any(f"has its own: {name}" in note for note in made.notes)

@@ -109,6 +109,14 @@ def test_yaml_takes_numbers_as_people_write_them(tmp_path: Path) -> None:
     assert conditions_of(["a.csv"], path, {})["a.csv"].motor_speed == 150.0
 
 
+def test_a_row_is_that_of_one_file(tmp_path: Path) -> None:
+    rows = table(tmp_path, "file,motor_speed_rpm,load_torque\nrun.csv,1500,20\n")
+    assert conditions_of(["day1/run.csv"], rows, {})["day1/run.csv"].load_torque == 20.0
+    said = r"a row for each file, got run\.csv for day1/run\.csv and day2/run\.csv; name them by their folders"
+    with pytest.raises(SignalError, match=said):
+        conditions_of(["day1/run.csv", "day2/run.csv"], rows, {})
+
+
 def test_a_table_in_the_folder_above_is_found(tmp_path: Path) -> None:
     (tmp_path / "day").mkdir()
     measured = table(tmp_path / "day", "0\n", "a.csv")

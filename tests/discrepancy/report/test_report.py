@@ -5,6 +5,7 @@ import functools
 import json
 import math
 import re
+import sys
 from collections.abc import Callable
 from html.parser import HTMLParser
 
@@ -131,6 +132,10 @@ def test_what_the_records_fitted_show_beyond_chance_is_in_the_headline(made: Mad
     left = dataclasses.replace(outcome.left, cells=cells)
     outcome = dataclasses.replace(outcome, left=left)
     assert ", though the records fitted disagree with it beyond chance, most at 0 turn (phase)." in headline(outcome)
+    # what is tolerated may well be seen
+    answer = dataclasses.replace(outcome.answer, criteria=Criteria(tolerance=0.2))
+    tolerated = dataclasses.replace(outcome, answer=answer)
+    assert "beyond chance" not in headline(tolerated) + to_do(tolerated)
     assert to_do(outcome).startswith("No name is open; the records fitted still disagree beyond chance")
 
 
@@ -467,6 +472,14 @@ def test_nothing_behind_the_search_takes_its_answer_away(stop, monkeypatch) -> N
     assert "the findings stand" in outcome.failures[0]
     said = "Whether anything is open is not known, as that stage failed. machine.yaml is the machine"
     assert to_do(outcome).startswith(said) and said in report_files(outcome)["report.html"]
+
+
+def test_a_page_whose_drawing_library_cannot_be_loaded_costs_the_page_alone(monkeypatch) -> None:
+    """As with an MPLBACKEND that matplotlib does not know."""
+    monkeypatch.setitem(sys.modules, "discrepancy.report.page", None)
+    monkeypatch.delattr("discrepancy.report.page", raising=False)
+    files = report_files(run_chain(ChordSubject({"tone": 10.0}), 5))
+    assert "could not be drawn" in files["report.html"] and json.loads(files["report.json"])["verdict"] == "found"
 
 
 def test_a_page_that_cannot_be_drawn_costs_the_page_alone(monkeypatch) -> None:
