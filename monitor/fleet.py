@@ -50,7 +50,7 @@ class Fleet:
         if found is None:
             body, blocks = self._store.machine(machine)
             found = Pipeline(machine, self._diagnoser, self._plan, body)
-            found.restore(blocks)
+            found.restored = found.restore(blocks)
             self.pipelines[machine] = found
             self.heard.setdefault(machine, time.monotonic())
             self._taken[machine] = (time.monotonic(), found.newest_ns or 0)

@@ -15,7 +15,7 @@ from monitor.alarms import Condition
 from monitor.alarms.limits import LEVELS
 from monitor.analysis.finding import Diagnoser, Finding
 from monitor.intake.blocks import NANO, Block
-from monitor.intake.cutter import Cutter, CutTurn
+from monitor.intake.cutter import Cutter, CutTurn, OtherSpeed
 from monitor.intake.order import Order, Placed
 from monitor.intake.states import UNTIL_GOOD_TURN, States
 from monitor.plan import Outcome, Plan
@@ -51,11 +51,12 @@ class Pipeline:
         self.until_ns: int | None = body.get("until_ns")
         self.heard_ns: int | None = body.get("heard_ns")
         self.sensor: str | None = body.get("sensor")
-        self.references: dict[str, int] = dict(body.get("references", {}))
         others = {mode for mode, own in body.get("origins", {}).items() if diagnoser.origins.get(mode, own) != own}
         if others:
             said = "%s: another model or twin diagnoses at %s than before; trends begin anew there"
             _log.warning(said, machine, joined(sorted(others)))
+        references = body.get("references", {})
+        self.references: dict[str, int] = {mode: number for mode, number in references.items() if mode not in others}
         self.watch = Watch(plan, [mode.name for mode in diagnoser.modes], self.states, without_modes(body, others))
         self._order = Order(self.states, plan.jitter, self.until_ns)
         self._order.seen = [(start, number) for start, number in body.get("seen", ())]
@@ -63,6 +64,7 @@ class Pipeline:
         self._resume_ns: int | None = None
         self._newest_ns: int | None = None
         self._begun_ns: int | None = None
+        self.restored = Outcome()
 
     # ------------------------------------------------------------------------------------------------ samples
 
@@ -71,7 +73,7 @@ class Pipeline:
         placed = self._order.offer(block)
         if placed is None:
             return None
-        return self._work(placed)
+        return self._work(placed, self._of_restart())
 
     def restore(self, blocks: Sequence[Block]) -> Outcome:
         """Take in again the samples that were in the store, after a restart; as nothing is new, the states stay. What
@@ -84,7 +86,7 @@ class Pipeline:
             # Earlier versions left the end of a turn by a clock that was set back.
             self.until_ns = min(self.until_ns, self.newest_ns)
         self._resume_ns = self.until_ns
-        outcome = self._work(placed)
+        outcome = self._work(placed, Outcome())
         self._resume_ns = None
         self._order.seen = dict.fromkeys([*seen, *self._order.seen])
         self.states.replace(states)
@@ -92,7 +94,7 @@ class Pipeline:
 
     def flush(self) -> Outcome:
         """Wait no longer for blocks that are missing."""
-        return self._work(self._order.flush())
+        return self._work(self._order.flush(), self._of_restart())
 
     def finish(self) -> Outcome:
         """No samples will follow: the turns that waited for them are told."""
@@ -128,8 +130,12 @@ class Pipeline:
         since = "" if newest is None else f" since {datetime.fromtimestamp(newest // NANO, UTC):{_TIME}}"
         self.states.note("stale", now_ns, f"no samples have come{since}")
 
-    def _work(self, placed: list[Placed]) -> Outcome:
-        outcome = Outcome()
+    def _of_restart(self) -> Outcome:
+        """What was found as the stored samples were taken in again, and is not written yet."""
+        found, self.restored = self.restored, Outcome()
+        return found
+
+    def _work(self, placed: list[Placed], outcome: Outcome) -> Outcome:
         for place in placed:
             if self._begin(place, outcome):
                 self._feed(place.block, place.restart, outcome)
@@ -153,9 +159,8 @@ class Pipeline:
             self._cutter.set_clock(place.shift_ns)
             self.until_ns = None if self.until_ns is None else self.until_ns + place.shift_ns
             self._begun_ns = None if self._begun_ns is None else self._begun_ns + place.shift_ns
-        if place.shift_ns < 0:
-            # Forward it may be a sender that paused, so that hours went by.
-            self.watch.set_clock(place.shift_ns)
+        if place.set_ns:
+            self.watch.set_clock(place.set_ns)
         return True
 
     def _feed(self, block: Block, restart: bool, outcome: Outcome) -> None:
@@ -166,13 +171,15 @@ class Pipeline:
             if self.sensor is not None and block.sensor != self.sensor:
                 self.states.note("swapped", block.start_ns, f"the sensor is {block.sensor}, it was {self.sensor}")
                 self.watch.baselines.clear()
+                self.references.clear()
             self.sensor = block.sensor
         self.states.over("stale")
         self.states.age(block.end_ns)
         try:
             cuts = self._cutter.feed(block, restart)
         except SignalError as error:
-            self.states.note("not_comparable", block.start_ns, str(error))
+            state = "other_speed" if isinstance(error, OtherSpeed) else "not_comparable"
+            self.states.note(state, block.start_ns, str(error))
             # What follows does not go on with what came before it.
             self._tell(self._cutter.finish(), outcome)
             self.until_ns = block.end_ns

@@ -196,12 +196,13 @@ class Watch:
 
 
 def without_modes(body: dict[str, Any], modes: Collection[str]) -> dict[str, Any]:
-    """What `to_dict` gave, without the trends of some modes."""
+    """What `to_dict` gave, without the trends of some modes and what was usual there."""
+    usual = {key: one for key, one in body.get("baselines", {}).items() if key.rpartition(" ")[0] not in modes}
     trends = {mode: one for mode, one in body.get("trends", {}).items() if mode not in modes}
     last = dict(body.get("last", {}))
     if "modes" in last:
         last["modes"] = {mode: one for mode, one in last["modes"].items() if mode not in modes}
-    return {**body, "trends": trends, "last": last}
+    return {**body, "trends": trends, "last": last, "baselines": usual}
 
 
 def _by_mode(last: dict[str, Any]) -> dict[str, Any]:

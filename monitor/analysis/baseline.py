@@ -118,7 +118,7 @@ class Baselines:
 
 def octave_levels(record: np.ndarray, rate: float) -> np.ndarray:
     """Log of the root mean square of a record (n,) in each of OCTAVES octaves from 1 Hz on."""
-    power = np.abs(np.fft.rfft(record - record.mean())) ** 2
+    power = np.abs(np.fft.rfft(record - record.mean()) / record.size) ** 2
     frequency = np.fft.rfftfreq(record.size, 1.0 / rate)
     edges = _LOWEST_HZ * 2.0 ** np.arange(OCTAVES + 1)
     inside = [power[(frequency >= low) & (frequency < high)].sum() for low, high in itertools.pairwise(edges)]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from indexer_env.errors import SignalError
+from indexer_env.units import RPM
 from indexer_records.conditions import Pulse, TurnGrid
 from indexer_records.measured import same_rate
 from indexer_records.stream import StreamedTurn, TurnStream
@@ -59,6 +60,10 @@ class CutTurn:
         return self.start_ns + round(self.turn.duration * NANO)
 
 
+class OtherSpeed(SignalError):
+    """Samples of a speed that was not taught."""
+
+
 class Cutter:
     """Cuts the samples of one machine into turns.
 
@@ -77,6 +82,7 @@ class Cutter:
     def __init__(self, modes: Sequence[Mode], pulse_range: tuple[float, float], pulse: Pulse) -> None:
         self._modes, self._pulse_range, self._pulse = tuple(modes), pulse_range, pulse
         self._streams: dict[str, TurnStream] = {}
+        self._rates: dict[str, float] = {}
         self._kind: tuple[float, bool, str] | None = None
         self._places: deque[tuple[int, int, float]] = deque()
         self._count = 0
@@ -104,7 +110,7 @@ class Cutter:
             self._places.popleft()
         self._count += block.values.size
         turns = [
-            CutTurn(mode, self.time_of(turn.start), turn, block.pulse is not None)
+            CutTurn(mode, self.time_of(turn.start, self._rates[mode.name]), turn, block.pulse is not None)
             for mode in looking
             for turn in self._streams[mode.name].feed(block.values, block.pulse)
         ]
@@ -117,7 +123,7 @@ class Cutter:
     def finish(self) -> list[CutTurn]:
         """The turns that waited for samples that will not come."""
         turns = [
-            CutTurn(mode, self.time_of(turn.start), turn, bool(self._kind and self._kind[1]))
+            CutTurn(mode, self.time_of(turn.start, self._rates[mode.name]), turn, bool(self._kind and self._kind[1]))
             for mode in self._modes
             if mode.name in self._streams
             for turn in self._streams[mode.name].finish()
@@ -125,12 +131,12 @@ class Cutter:
         self._streams, self._kind = {}, None
         return sorted(self._own(self._modes, turns), key=lambda cut: cut.start_ns)
 
-    def time_of(self, seconds: float) -> int:
-        """When the sample `seconds` after the first of the stream was taken [ns since 1970]."""
-        rate = self._places[-1][2]
+    def time_of(self, seconds: float, rate: float) -> int:
+        """When the sample `seconds` after the first one by a stream of this rate [Hz] was taken [ns since 1970]: a
+        stream counts by the mode's rate, from which the sender's may be off a little."""
         index = seconds * rate
         place = next((place for place in reversed(self._places) if place[0] <= index + 1e-6), self._places[0])
-        return place[1] + round((index - place[0]) / rate * NANO)
+        return place[1] + round((index - place[0]) / place[2] * NANO)
 
     def _looking(self, modes: list[Mode], block: Block) -> list[Mode]:
         if block.pulse is not None or (len(modes) == 1 and block.motor_speed is None):
@@ -145,7 +151,7 @@ class Cutter:
         ]
         if not fitting:
             taught = ", ".join(mode.name for mode in modes)
-            raise SignalError(f"the speed must be one that was taught ({taught}), got {speed:.4g} rad/s")
+            raise OtherSpeed(f"the speed must be one that was taught ({taught}), got {speed / RPM:.5g} rpm")
         return fitting[:1]
 
     def _begin(self, modes: Sequence[Mode], block: Block, kind: tuple[float, bool, str]) -> None:
@@ -155,7 +161,7 @@ class Cutter:
         for mode in modes:
             rate = mode.rate if same_rate(block.rate, mode.rate) else block.rate
             grid = TurnGrid(mode.rate, mode.duration, self._pulse)
-            self._streams[mode.name] = TurnStream(rate, grid, span)
+            self._streams[mode.name], self._rates[mode.name] = TurnStream(rate, grid, span), rate
         self._kind = kind
 
     def _own(self, modes: Sequence[Mode], turns: list[CutTurn]) -> list[CutTurn]:

@@ -23,6 +23,9 @@ HOLD = 4
 SET_BACK = 3
 """Blocks behind in a row that follow each other until the clock is believed: two may be a resent pair."""
 
+_RETURNS = 0.01
+"""Share by which a clock may come back farther than it was set back: for so long the sender may have been off."""
+
 _REMEMBERED = 256
 
 
@@ -31,12 +34,14 @@ class Placed:
     """A block in its place.
 
     restart   it does not continue the one before it
-    shift_ns  by how much the sender's clock was set just before it [ns]
+    shift_ns  by how much its time is off the one before it [ns]
+    set_ns    by how much the sender's clock was set just before it, so that no time went by [ns]
     """
 
     block: Block
     restart: bool
     shift_ns: int = 0
+    set_ns: int = 0
 
 
 class Order:
@@ -58,7 +63,7 @@ class Order:
         self._held: list[Block] = []
         self._behind: list[Block] = []
         self._seen: deque[tuple[int, int | None]] = deque(maxlen=_REMEMBERED)
-        self._anchor_ns, self._samples = 0, 0
+        self._anchor_ns, self._samples, self._set_back = 0, 0, 0
 
     @property
     def seen(self) -> list[tuple[int, int | None]]:
@@ -209,26 +214,29 @@ class Order:
         restart = restart or self._last is None
         if self._last is not None and not restart and block.rate != self._last.rate:
             restart = True
-        shift = self._shift(block, restart)
+        shift, set_ns = self._shift(block, restart)
         if restart or shift:
             self._anchor(block)
         self._seen.append((block.start_ns, block.sequence))
         self._last, self._behind = block, []
         self._check_rate(block)
         self._samples += block.values.size
-        return [Placed(block, restart, shift)]
+        return [Placed(block, restart, shift, set_ns)]
 
-    def _shift(self, block: Block, restart: bool) -> int:
-        """By how much the sender's clock was set before a block that is used now [ns]. Samples that were lost before it
-        hide a clock that was set forward, but not one that was set back."""
+    def _shift(self, block: Block, restart: bool) -> tuple[int, int]:
+        """By how much the time of a block that is used now is off the last one, and how much of that is a clock that
+        was set [ns]. Forward it may be a sender that paused, so that hours went by, or samples that were lost, but
+        where the clock had been set back by nearly as much: a logger that begins at 1970 gets its time."""
         off = 0 if self._last is None else block.start_ns - self._last.end_ns
-        if abs(off) <= self._jitter or (restart and off > 0):
-            return 0
-        if off < 0:
-            # Forward it may be a sender that paused, so that hours went by.
-            self._states.set_clock(off)
+        returned = 0 < self._set_back <= off + self._jitter and off <= (1.0 + _RETURNS) * self._set_back + self._jitter
+        if abs(off) <= self._jitter or (restart and off > 0 and not returned):
+            return 0, 0
+        set_ns = off if off < 0 else self._set_back if returned else 0
+        self._set_back = 0 if returned else self._set_back + max(0, -off)
+        if set_ns:
+            self._states.set_clock(set_ns)
         self._states.note("clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s")
-        return off
+        return off, set_ns
 
     def _anchor(self, block: Block) -> None:
         self._anchor_ns, self._samples = block.start_ns, 0

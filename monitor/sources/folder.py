@@ -14,10 +14,8 @@ that are there at once are read in the order of their times.
 from __future__ import annotations
 
 import hashlib
-import os
 import re
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -25,11 +23,11 @@ from pathlib import Path
 import numpy as np
 
 from indexer_env.errors import IndexerError, SignalError
-from indexer_records.formats import SUFFIXES, csv
 from indexer_records.measured import Reading, read_recording
 from monitor.engine import Arrival, Engine
 from monitor.intake.blocks import LARGEST_BLOCK, NANO, Block
 from monitor.sources.base import Source
+from monitor.sources.listing import files, within_a_line
 
 _LOOK_S, _SHARE = 1.0, 0.1
 """Time between two looks at the folder [s], longer where many files would make looking take more than this share."""
@@ -111,13 +109,14 @@ class FolderSource(Source):
     def _complete(self, done: dict[str, str]) -> list[tuple[str, str]]:
         """Files that have rested, in the order of their times, with their marks; raises OSError where the folder is
         gone."""
-        now, found = time.monotonic(), []
+        now, found, there = time.monotonic(), [], set[str]()
         self._folder.stat()
-        for name, entry in _files(self._folder):
+        for name, entry in files(self._folder):
             try:
                 state = entry.stat()
             except OSError:
                 continue
+            there.add(name)
             mark = f"{state.st_size} {state.st_mtime_ns}"
             if done.get(name, "").split()[:2] == mark.split():
                 continue
@@ -128,11 +127,14 @@ class FolderSource(Source):
                     self._growing.add(name)
             elif now - known[1] >= self._rest(name):
                 found.append((_moment(entry.name) or state.st_mtime_ns, name, mark))
+        # of files that are gone nothing is remembered
+        self._seen = {name: known for name, known in self._seen.items() if name in there}
+        self._growing &= there
         return [(name, mark) for _, name, mark in sorted(found)]
 
     def _rest(self, name: str) -> float:
         """Seconds without change after which a file is complete."""
-        unended = name in self._growing and _within_a_line(self._folder / name)
+        unended = name in self._growing and within_a_line(self._folder / name)
         return _WITHIN_A_LINE * self._settle if unended else self._settle
 
     def _held(self) -> set[str]:
@@ -196,8 +198,10 @@ class FolderSource(Source):
             self._stretches[machine] = 0, engine.newest_ns(machine)
         begun, last = self._stretches[machine]
         off = 0 if last is None else first.start_ns - last
-        # one that ends before the last one did comes late and brings nothing new
-        if last is None or off > self._jitter_ns or (off < -self._jitter_ns and end > last):
+        if last is not None and off < -self._jitter_ns and end <= last:
+            # It comes late and brings nothing new: one block tells that, three would look like a clock that was set.
+            return blocks[-1:]
+        if last is None or abs(off) > self._jitter_ns:
             begun, blocks = first.start_ns, [replace(first, begins=True), *blocks[1:]]
         self._stretches[machine] = begun, end if last is None else max(last, end)
         lasts = end - begun
@@ -226,42 +230,10 @@ class FolderSource(Source):
         return pieces
 
 
-def _files(folder: str | Path, below: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
-    """Files of the formats that are read, with their names from the watched folder on; neither links nor hidden ones.
-    Raises OSError where the watched folder cannot be listed."""
-    try:
-        entries = list(os.scandir(folder))
-    except OSError:
-        if not below:
-            raise
-        return
-    for entry in entries:
-        if entry.is_symlink():
-            continue
-        if entry.is_dir():
-            yield from _files(entry.path, f"{below}{entry.name}/")
-        elif not entry.name.startswith(".") and os.path.splitext(entry.name)[1].lower() in SUFFIXES and entry.is_file():
-            yield below + entry.name, entry
-
-
 def _same(before: str, mark: str) -> bool:
     """Whether a file is as it was by its mark: size, time and digest; earlier versions kept no digest."""
     one, other = before.split(), mark.split()
     return one[0] == other[0] and one[2:] in ([], other[2:])
-
-
-def _within_a_line(path: Path) -> bool:
-    """Whether a text ends within a line; False for other files."""
-    if path.suffix.lower() not in csv.FORMAT.suffixes:
-        return False
-    try:
-        with path.open("rb") as file:
-            file.seek(max(0, file.seek(0, 2) - 2))
-            # of UTF-16 a zero stands before or behind the end of the line
-            end = file.read().strip(b"\0")
-    except OSError:
-        return False
-    return not end.endswith((b"\n", b"\r"))
 
 
 def _behind(blocks: list[Block], used_ns: int | None) -> list[Block]:

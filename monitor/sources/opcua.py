@@ -8,6 +8,7 @@ meanwhile is a gap, beyond what the server's queue of the subscription holds.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -27,6 +28,7 @@ _PUBLISH_MS = 100.0
 """Period at which the server sends what is new: below what anybody notices."""
 
 _QUEUE = 600
+_WAITING = 2000  # values that wait for the monitor
 """Values of a node that the server keeps between two of these, and over a short break: ten minutes of 1 s blocks."""
 
 _RETRY_S = 2.0
@@ -137,8 +139,17 @@ class OpcUaSource(Source):
 
     async def _listen(self, engine: Engine) -> None:
         client = await self._client()
+        came: asyncio.Queue[tuple[Any, Any, Any]] = asyncio.Queue(_WAITING)
+        handing = asyncio.create_task(self._hand_over(engine, came))
+        try:
+            await self._follow(client, came)
+        finally:
+            handing.cancel()
+
+    async def _follow(self, client: Any, came: asyncio.Queue) -> None:
+        """Fill the queue with what comes, until the connection breaks."""
         async with client:
-            subscription = await client.create_subscription(_PUBLISH_MS, _Handler(self, engine))
+            subscription = await client.create_subscription(_PUBLISH_MS, _Handler(came))
             by_machine = {client.get_node(node): machine for machine, node in (self._nodes.nodes or {}).items()}
             self._machines = {node.nodeid: machine for node, machine in by_machine.items()}
             # A sampling interval of 0 asks for every value that is written.
@@ -170,31 +181,34 @@ class OpcUaSource(Source):
             await client.set_security(SecurityPolicyBasic256Sha256, certificate, key, server_certificate=server)
         return client
 
-    async def taken(self, engine: Engine, node: Any, value: Any, data: Any) -> None:
-        """A value has come: hand it over, waiting where the monitor is behind."""
-        machine = self._machines[node.nodeid]
-        try:
-            block = block_of(machine, value, data.monitored_item.Value, self._nodes)
-        except SignalError as error:
-            engine.broken(machine, str(error))
-            return
+    async def _hand_over(self, engine: Engine, came: asyncio.Queue) -> None:
+        """Hand over what comes in its order, waiting where the monitor is behind."""
         while not self.stopping.is_set():
-            if await asyncio.to_thread(engine.offer, Arrival(block), 0.5):
-                return
+            node, value, data = await came.get()
+            machine = self._machines[node.nodeid]
+            try:
+                block = block_of(machine, value, data.monitored_item.Value, self._nodes)
+            except SignalError as error:
+                engine.broken(machine, str(error))
+                continue
+            while not self.stopping.is_set():
+                if await asyncio.to_thread(engine.offer, Arrival(block), 0.5):
+                    break
 
     async def _wait(self, seconds: float) -> None:
         await asyncio.to_thread(self.stopping.wait, seconds)
 
 
 class _Handler:
-    """What asyncua calls for each value, one after the other."""
+    """What asyncua calls for each value, in tasks of their own: only what does not wait stays in its order."""
 
-    def __init__(self, source: OpcUaSource, engine: Engine) -> None:
-        self._source, self._engine = source, engine
+    def __init__(self, came: asyncio.Queue) -> None:
+        self._came = came
 
-    async def datachange_notification(self, node: Any, val: Any, data: Any) -> None:
-        """As asyncua has it."""
-        await self._source.taken(self._engine, node, val, data)
+    def datachange_notification(self, node: Any, val: Any, data: Any) -> None:
+        """As asyncua has it. What a full queue cannot take is lost, and will be told as a gap."""
+        with contextlib.suppress(asyncio.QueueFull):
+            self._came.put_nowait((node, val, data))
 
 
 def block_of(machine: str, value: Any, data: Any, told: Nodes) -> Block:

@@ -58,6 +58,9 @@ def expire(store: Store, now_ns: int, raw_ns: int, turns_ns: int) -> None:
             files = (ARCHIVE.c.machine == machine) & (ARCHIVE.c.end_ns < now - raw_ns)
             old += connection.execute(select(ARCHIVE.c.file).where(files)).scalars()
             connection.execute(delete(ARCHIVE).where(files))
+            young = select(TURN.c.number).where(TURN.c.machine == machine, TURN.c.start_ns >= now - raw_ns)
+            raw = (RAW.c.machine == machine) & (RAW.c.keep == "") & RAW.c.number.not_in(young)
+            connection.execute(delete(RAW).where(raw))
             # a record that is kept for good needs its turn
             kept = select(RAW.c.number).where(RAW.c.machine == machine, RAW.c.keep != "")
             turns = (TURN.c.machine == machine) & (TURN.c.start_ns < now - turns_ns)

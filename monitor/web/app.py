@@ -80,7 +80,7 @@ def make_app(api: Api, metrics: Metrics, local: bool, host: str | None = None) -
     async def down(_: Request, __: Exception) -> Response:
         return JSONResponse({"error": "the store cannot be reached; trying again"}, 503)
 
-    hosts = ["localhost", "127.0.0.1", "[::1]", "::1", "testserver", *([] if host is None else [host])]
+    hosts = ["localhost", "127.0.0.1", "[::1]", "::1", *([] if host is None else [host])]
     hosts = hosts if local else ["*"]
     return Starlette(
         routes=[

@@ -48,7 +48,7 @@ def turn(store: Store, machine: str, number: int) -> dict[str, Any] | None:
     if found is None:
         return told
     record, rate, unit = found
-    told |= {"unit": unit, "record": _curve(record, rate), "spectrum": _spectrum(record, rate, told["duration"])}
+    told |= {"unit": unit, "record": _curve(record, rate), "spectrum": _spectrum(record)}
     reference = store.reference(machine, told["mode"])
     healthy = None if reference is None else record_of(store, machine, reference)
     if healthy is not None and reference is not None and healthy[0].size == record.size:
@@ -56,7 +56,7 @@ def turn(store: Store, machine: str, number: int) -> dict[str, Any] | None:
         told["reference"] = {
             "number": reference,
             "record": _curve(aligned, rate),
-            "spectrum": _spectrum(aligned, rate, told["duration"]),
+            "spectrum": _spectrum(aligned),
         }
     return told
 
@@ -67,10 +67,9 @@ def _curve(record: np.ndarray, rate: float) -> dict[str, Any]:
     return {"step_s": step / rate, "values": [round(float(value), 4) for value in record[::step]]}
 
 
-def _spectrum(record: np.ndarray, rate: float, duration: float) -> dict[str, Any]:
-    """Amplitude by order, cycles a turn."""
-    frequency, power = periodogram(record - record.mean(), rate, scaling="spectrum")
-    order = frequency * duration
+def _spectrum(record: np.ndarray) -> dict[str, Any]:
+    """Amplitude by order, cycles a turn: the record is one turn, however long it took."""
+    order, power = periodogram(record - record.mean(), record.size, scaling="spectrum")
     shown = (order > 0.5) & (order <= ORDERS)
     amplitude = np.sqrt(2.0 * np.maximum(power[shown], 1e-14))
     return {"order": np.round(order[shown], 3).tolist(), "amplitude": [float(f"{one:.4g}") for one in amplitude]}

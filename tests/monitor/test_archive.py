@@ -60,6 +60,17 @@ def test_records_that_are_kept_for_good_keep_their_turns_and_old_machines_what_t
     store.close()
 
 
+def test_records_that_are_in_no_file_yet_are_forgotten_in_time_too(url):
+    """One a day would wait a year and more for a file."""
+    store, engine = make(url)
+    send(engine, 0, 3000)
+    engine.stop()
+    expire(store, START_NS + 30 * 10**9, 5 * 10**9, 10**12)
+    kept = [number for number in numbers(store) if record_of(store, "m", number) is not None]
+    assert numbers(store) == list(range(1, 31)) and kept == [1, *range(25, 31)], "the first is the healthy one"
+    store.close()
+
+
 @pytest.mark.parametrize("whole", [False, True], ids=["as now", "as older stores say it"])
 def test_a_folder_that_was_copied_or_moved_has_its_own_records_and_no_others(tmp_path, whole):
     store, engine = make(f"sqlite:///{tmp_path}/a/monitor.sqlite")

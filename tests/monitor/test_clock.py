@@ -160,3 +160,19 @@ def test_hours_go_by_between_recordings_that_are_numbered_one_after_the_other():
     assert not pipeline.conditions["backlash_deg"].shelved and "broken_payload" not in pipeline.states.active
     history = pipeline.watch.trends["60 rpm"]["backlash_deg"]
     np.testing.assert_array_equal(history.running, history.history)
+
+
+@pytest.mark.parametrize("numbered", [True, False])
+@pytest.mark.parametrize(("back_h", "on_h", "moved_h"), [(24 * 365 * 56, 24 * 365 * 56, 0), (1, 1, 0), (1, 3, -1)])
+def test_a_clock_that_is_set_back_and_on_again_ends_no_shelf(numbered, back_h, on_h, moved_h):
+    """As of a logger that begins at 1970 until it gets its time; where it goes on by more, hours may have gone by."""
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    blocks = blocks_over(0, places=90, numbered=numbered)
+    fed(pipeline, blocks[:20])
+    alarm = pipeline.conditions["crack"]
+    alarm.shelve(pipeline.newest_ns, 8.0, "me")
+    until = alarm.shelved_until_ns
+    fed(pipeline, [replace(one, start_ns=one.start_ns - back_h * HOUR_NS) for one in blocks[20:40]])
+    fed(pipeline, [replace(one, start_ns=one.start_ns + (on_h - back_h) * HOUR_NS) for one in blocks[40:]])
+    # two blocks are left out until a clock without numbers is believed
+    assert alarm.shelved_until_ns == pytest.approx(until + moved_h * HOUR_NS, abs=2 * NANO)

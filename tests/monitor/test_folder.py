@@ -171,6 +171,16 @@ def test_files_are_read_in_the_order_of_their_times(tmp_path):
     assert [name for name, _ in source._complete({})] == ["press_1.csv", "press_2.csv", "press_10.csv"]
 
 
+def test_a_late_file_is_told_as_late_and_no_clock_that_was_set_back(read, tmp_path, monkeypatch, caplog):
+    """However many blocks it has, and it is not said to be too short."""
+    monkeypatch.setattr("monitor.sources.folder.LARGEST_BLOCK", 50)
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    blocks = [SimpleNamespace(machine="press", start_ns=k * 10**9, end_ns=(k + 1) * 10**9, rate=1.0) for k in range(5)]
+    source._stretches["press"] = 0, 90 * 10**9
+    assert source._placed(SimpleNamespace(), "press_1.csv", blocks) == blocks[-1:] and source.trouble is None
+    assert source._stretches["press"] == (0, 90 * 10**9)
+
+
 def test_only_files_of_known_formats_are_read_at_any_depth_and_no_links(tmp_path):
     """A hidden name is that of a file which its logger has not finished."""
     source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)

@@ -59,7 +59,9 @@ def client(tmp_path_factory):
 
     one = running(tmp_path_factory.mktemp("fuzz"))
     one.send(6, 5.0)
-    with TestClient(one.app, raise_server_exceptions=True, follow_redirects=False) as client:
+    with TestClient(
+        one.app, base_url="http://localhost", raise_server_exceptions=True, follow_redirects=False
+    ) as client:
         yield client, one
     one.engine.stop()
     one.store.close()

@@ -6,6 +6,7 @@ import gc
 import socket
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID
 
 from indexer_env.errors import ParameterError, SignalError
 from monitor.intake.blocks import NANO
-from monitor.sources.opcua import Nodes, OpcUaSource, block_of
+from monitor.sources.opcua import Nodes, OpcUaSource, _Handler, block_of
 from tests.monitor.conftest import WAIT_S
 from tests.monitor.fakes import RATE, START_NS, samples
 
@@ -222,3 +223,34 @@ def test_a_wrong_setting_gets_one_sentence(given, said):
     with pytest.raises(ParameterError, match=said) as error:
         OpcUaSource("opc.tcp://h:1", Nodes(**{"nodes": {"m": "ns=2;s=x"}, "rate": 1000.0, "unit": "m/s^2", **given}))
     assert "\n" not in str(error.value)
+
+
+def test_values_keep_their_order_where_the_monitor_is_behind():
+    """asyncua gives each one a task of its own; what a full queue cannot take is left out and no other."""
+    offered, refusals = [], iter([True, True, False] * 40)
+
+    def offer(arrival, timeout):
+        taken = next(refusals)
+        if taken:
+            offered.append(arrival.block.values[0])
+            source.stopping.set() if len(offered) == 30 else None
+        return taken
+
+    source = OpcUaSource("opc.tcp://host:4840", nodes())
+    node = SimpleNamespace(nodeid="a")
+    source._machines = {"a": "press-1"}
+
+    def value(number):
+        stamp = START + datetime.timedelta(seconds=number)
+        data = ua.DataValue(ua.Variant([float(number)] * 3), SourceTimestamp=stamp, ServerTimestamp=stamp)
+        return SimpleNamespace(monitored_item=SimpleNamespace(Value=data))
+
+    async def run():
+        came = asyncio.Queue(30)
+        handler = _Handler(came)
+        for number in range(35):
+            handler.datachange_notification(node, [float(number)] * 3, value(number))
+        await source._hand_over(SimpleNamespace(offer=offer, broken=lambda *said: pytest.fail(str(said))), came)
+
+    asyncio.run(run())
+    assert offered == list(range(30))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from monitor.analysis.baseline import octave_levels
 from monitor.intake.blocks import NANO
 from monitor.pipeline import Pipeline
 from monitor.plan import CHANGE
@@ -388,3 +389,50 @@ def test_a_change_beyond_a_fault_is_raised_beside_it():
     diagnoser.novelty = 9.0
     _, events = feed(pipeline, 1600, 2400, level=4.0)
     assert [(event.quantity, event.kind, event.level) for event in events] == [(CHANGE, "raised", "danger")]
+
+
+@pytest.mark.parametrize("pulse", [False, True])
+@pytest.mark.parametrize("off", [9e-4, -9e-4])
+def test_turns_have_their_times_also_where_the_senders_rate_is_not_quite_the_models(off, pulse):
+    """Half an hour of samples at a rate within a thousandth of the one that was taught."""
+    pipeline, rate = Pipeline("m", FakeDiagnoser(), PLAN), RATE * (1.0 + off)
+    turns = []
+    for first in range(0, 180_000, 500):
+        start = START_NS + round(first / rate * NANO)
+        turns += pipeline.take(replace(block(first, 500, pulse=pulse), start_ns=start, rate=rate)).turns
+    due = 100 * len(turns) / rate
+    assert (turns[-1].cut.end_ns - START_NS) / NANO == pytest.approx(due, abs=1.1)
+    assert turns[-1].cut.end_ns <= pipeline.newest_ns + 0.01 * NANO
+
+
+def test_turns_that_are_found_as_stored_samples_are_taken_in_again_are_told(pipeline):
+    first = Pipeline("m", FakeDiagnoser(), PLAN)
+    pipeline.restored = first.restore([block(place) for place in range(0, 250, 50)])
+    assert len(pipeline.restored.turns) == 2
+    told = pipeline.take(block(250))
+    assert told is not None and len(told.turns) == 2 and len(pipeline.take(block(300)).turns) == 1
+
+
+def test_a_speed_that_was_not_taught_is_told_in_rpm(pipeline):
+    pipeline = Pipeline("m", FakeDiagnoser(FAST, SLOW), PLAN)
+    pipeline.take(replace(block(0), motor_speed=20.0))
+    assert pipeline.states.active == ["other_speed"]
+    assert "must be one that was taught (60 rpm, 48 rpm), got 190.99 rpm" in str(pipeline.states.to_dict())
+
+
+def test_a_healthy_turn_of_another_model_or_sensor_is_none_to_compare_with(pipeline):
+    feed(pipeline, 0, 300, sensor="A")
+    pipeline.references["60 rpm"] = 1
+    body = pipeline.to_dict()
+    assert Pipeline("m", FakeDiagnoser(), PLAN, body).references == {"60 rpm": 1}
+    other = FakeDiagnoser()
+    other.origins = {"60 rpm": "another"}
+    assert Pipeline("m", other, PLAN, body).references == {}
+    feed(pipeline, 300, 400, sensor="B")
+    assert pipeline.references == {}
+
+
+def test_octaves_do_not_depend_on_how_often_a_motion_is_sampled():
+    """Another model of the same speed may have another rate; a gain of a half was told of the sensor."""
+    levels = [octave_levels(np.sin(2 * np.pi * 7.3 * np.arange(n) / n * 8.0), n / 8.0)[:4] for n in (8000, 4000)]
+    np.testing.assert_allclose(levels[0], levels[1], atol=0.01)

@@ -61,7 +61,7 @@ def test_a_store_that_refuses_what_is_written_is_told_until_it_takes_it(monitor,
         work(batch)
 
     monkeypatch.setattr(monitor.engine, "_work", refused)
-    with TestClient(monitor.app) as client:
+    with TestClient(monitor.app, base_url="http://localhost") as client:
         assert client.get("/health").status_code == 200
         full.set()
         assert monitor.engine.offer(Arrival(block(0, 100)), timeout=60.0)

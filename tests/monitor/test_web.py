@@ -27,14 +27,14 @@ ACK = {"action": "acknowledge", "note": "seen"}
 
 @pytest.fixture
 def client(monitor):
-    with TestClient(monitor.app) as client:
+    with TestClient(monitor.app, base_url="http://localhost") as client:
         yield client
 
 
 @pytest.fixture
 def guarded(tmp_path):
     one = running(tmp_path, Access(OPERATOR, VIEWER, SECRET, ("eve",)), local=False)
-    with TestClient(one.app) as client:
+    with TestClient(one.app, base_url="http://localhost") as client:
         one.send(5, 5.0)
         yield client
     one.engine.stop()
@@ -239,7 +239,7 @@ def test_a_sign_in_gives_a_cookie_that_scripts_cannot_read(guarded):
     assert "httponly" in cookie and "samesite=strict" in cookie and OPERATOR not in cookie
     assert guarded.get("/api/fleet").json()["person"]["operator"]
     assert "secure" not in cookie
-    over_tls = guarded.post("/api/sign-in", json={"token": OPERATOR}, headers={"origin": "https://testserver"})
+    over_tls = guarded.post("/api/sign-in", json={"token": OPERATOR}, headers={"origin": "https://localhost"})
     assert "secure" in over_tls.headers["set-cookie"].lower()
 
 

@@ -33,7 +33,9 @@ export function listen({ machine, opened, lost }) {
   stream.addEventListener("machine", (event) => machine(JSON.parse(event.data)));
   stream.onerror = () => {
     lost();
-    // A refusal ends the stream for good.
-    if (stream.readyState === EventSource.CLOSED) setTimeout(() => listen({ machine, opened, lost }), 3000);
+    // A refusal ends the stream for good; where the sign-in has ended, `opened` asks for it.
+    if (stream.readyState === EventSource.CLOSED) {
+      setTimeout(() => opened().then(() => listen({ machine, opened, lost })), 3000);
+    }
   };
 }
