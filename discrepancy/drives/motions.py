@@ -67,7 +67,7 @@ def _changed(
     step = step or track.step
     pace = track.step / step
     u = _behind(track, q, v, a, pace) if u is None else u
-    orders = dict(zip(LOAD, range(len(LOAD)), strict=True))
+    orders: dict[str, int] = {name: order for order, name in enumerate(LOAD)}
     return dataclasses.replace(
         track, q=q, v=v, a=a, u=u, step=step, cutoff=pace * track.cutoff, wide=pace * track.wide,
         t=track.t[0] + step * np.arange(len(q)), force=np.zeros_like(q), noise=pace**0.5 * track.noise,
