@@ -94,6 +94,9 @@ class SweepTable(Callback):
             left = f"; {folder / TABLE} is that of an earlier sweep" if _stands(folder) else f": {folder / TABLE}"
             shutil.rmtree(folder / _ROWS, ignore_errors=True)
             print(f"{said}{left}")
+            jobs = {str(row["job"]) for row in rows}
+            if others := sorted(path.name for path in folder.glob("[0-9]*") if path.name not in jobs):
+                print(f"of an earlier sweep, and in no row of the table: {', '.join(others)} in {folder}")
         self._lock.close()
 
 

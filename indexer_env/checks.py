@@ -7,6 +7,8 @@ import math
 from collections.abc import Iterable
 from numbers import Integral, Real
 
+import numpy as np
+
 from indexer_env.errors import OutOfRange, refuse
 
 
@@ -33,6 +35,15 @@ def check_number(
     if not inside:
         told = _as_yaml(value) or remedy
         raise OutOfRange(owner, name, value, kind, low, high, low_open, high_open, unit, told).error()
+
+
+def as_python(owner: object, *names: str) -> None:
+    """Make Python's numbers of NumPy's in these fields of a frozen dataclass: what is worked out from a float32 would
+    be one, too."""
+    for name in names:
+        value = getattr(owner, name)
+        if isinstance(value, np.generic):
+            object.__setattr__(owner, name, value.item())
 
 
 def _as_yaml(value: object) -> str:

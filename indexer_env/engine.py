@@ -111,9 +111,14 @@ def run_kernel(arguments: tuple) -> None:
 
         # this thread works too: a call of the kernel may be over before another has woken up
         others = [_pool(workers - 1).submit(work) for _ in range(workers - 1)]
-        work()
-        for other in others:
-            other.result()
+        try:
+            work()
+        finally:
+            # one that was broken off leaves nobody who still writes
+            for _ in spans:
+                pass
+            for other in others:
+                other.result()
 
 
 @functools.cache

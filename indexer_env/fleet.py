@@ -127,7 +127,7 @@ class Fleet:
         self._kinds[where] = 2 * np.array([item.model for item in first]) + slips
         self._items[where, NOMINAL_SPEED] = [point.motor_speed for point in points]
         self._items[where, DWELL_BEGIN] = [dwell_begin(start.machine) for start in starts]
-        self._items[where, BASE_LOAD], self._items[where, SLIPS] = [point.load_torque for point in points], slips
+        self._items[where, BASE_LOAD], self._items[where, SLIPS] = rows[:, PLACES["load_torque"]], slips
         self._changing[where] = [start.course.changes for start in starts]
         self._wearing[where] = [start.course.backlash_per_joule > 0.0 for start in starts]
         for place, item in worst.items():

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from indexer_env.build import from_mapping
-from indexer_env.checks import check_choice, check_integer, check_number
+from indexer_env.checks import as_python, check_choice, check_integer, check_number
 from indexer_env.effects import MachineEffect, effects_by_name, make_effect
 from indexer_env.errors import MotionLawWarning, ParameterError, refuse
 from indexer_env.motion_law import ModifiedSine, MotionLaw, TableLaw, motion_law
@@ -61,6 +61,7 @@ class Joint:
             "Joint", "stiffness_ratio", self.stiffness_ratio, low=0.0, low_open=True, high=1.0,
             remedy="it is the softer sense's stiffness over the stiffer one's",
         )  # fmt: skip
+        as_python(self, "stiffness", "damping", "backlash", "stiffness_ratio")
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,8 @@ class Machine:
         check_number("Machine", "reduction_ratio", self.reduction_ratio, low=0.0, low_open=True)
         check_integer("Machine", "stations", self.stations, low=2, high=1000)
         check_number("Machine", "motion_share", self.motion_share, low=0.0, low_open=True, high=1.0)
+        inertias = (f"{part}_inertia" for part in ("cam", "follower", "table", "housing", "motor"))
+        as_python(self, *inertias, "reduction_ratio", "stations", "motion_share")
         if not isinstance(self.motion_law, MotionLaw):
             raise refuse("Machine", "motion_law", "a MotionLaw", self.motion_law, "see indexer_env.motion_law")
         if isinstance(self.motion_law, TableLaw):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from indexer_env.checks import check_number
+from indexer_env.checks import as_python, check_number
 from indexer_env.units import RPM
 
 REFERENCE_MOTOR_SPEED = 1500.0 * RPM
@@ -44,3 +44,4 @@ class OperatingPoint:
         check_number("OperatingPoint", "motor_speed", self.motor_speed, low=0.0, low_open=True, unit="rad/s")
         check_number("OperatingPoint", "load_torque", self.load_torque, unit="N m")
         check_number("OperatingPoint", "start_angle", self.start_angle, **START_ANGLE)
+        as_python(self, "motor_speed", "load_torque", "start_angle")

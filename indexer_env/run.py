@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from indexer_env.checks import check_integer, check_number
+from indexer_env.checks import as_python, check_integer, check_number
 from indexer_env.trajectory import check_channels
 
 
@@ -50,6 +50,7 @@ class Run:
         check_integer("Run", "warmup_turns", self.warmup_turns, low=0, high=1000)
         check_number("Run", "warmup_tolerance", self.warmup_tolerance, low=0.0, low_open=True)
         check_channels("Run", self.channels)
+        as_python(self, "sample_rate", "samples", "step", "warmup_turns", "warmup_tolerance")
 
     def steps_per_sample(self, accurate: float) -> int:
         """Integrator steps per sampling interval of a machine for which `accurate` [s] is the automatic step."""

@@ -44,11 +44,13 @@ class Generators:
         """Give the items of the mask that have a seed new generators, and all items one at the first call; returns the
         items that have a new one."""
         first = not self.rngs
-        if first:
-            self.rngs, self.seeds = [np.random.default_rng()] * self._n, [0] * self._n
         new = [i for i in range(self._n) if first or (mask[i] and seeds[i] is not None)]
-        for i in new:
-            self.rngs[i], self.seeds[i] = seeding.np_random(seeds[i] if mask[i] else None)
+        # a seed that is refused leaves all as it was
+        made = [seeding.np_random(seeds[i] if mask[i] else None) for i in new]
+        if first:
+            self.rngs, self.seeds = [rng for rng, _ in made], [seed for _, seed in made]
+        for i, (rng, seed) in zip(new, made, strict=True):
+            self.rngs[i], self.seeds[i] = rng, seed
         return new
 
 

@@ -29,7 +29,7 @@ class Slip(MachineEffect):
     )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        coefficients["slip_compliance"] = self.compliance
+        coefficients["slip_compliance"] += self.compliance
 
 
 @register
@@ -153,4 +153,4 @@ class MeshFriction(MachineEffect):
         return self.loss / (1.0 - self.loss)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        coefficients["mesh_friction"] = self.friction
+        coefficients["mesh_friction"] += self.friction

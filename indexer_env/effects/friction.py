@@ -35,7 +35,7 @@ class CoulombFriction(MachineEffect):
     smoothing: float = parameter("rate at which 71 % of it acts", "rad/s", default=_SMOOTHING, low=0.0, low_open=True)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        coefficients["coulomb_torque"] = self.torque
+        coefficients["coulomb_torque"] += self.torque
         coefficients["coulomb_speed"] = self.smoothing
 
 

@@ -86,7 +86,7 @@ class OutputCubicStiffness(MachineEffect):
     )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        coefficients["cubic_2"] = self.stiffness
+        coefficients["cubic_2"] += self.stiffness
 
 
 @register

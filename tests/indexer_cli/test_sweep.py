@@ -76,6 +76,7 @@ def test_the_rows_of_an_earlier_sweep_are_forgotten(tmp_path, simulate):
     assert simulate("-m", "seed=0,1", "out=sw")[0] == 0
     _, out, _ = simulate("-m", "seed=7", "out=sw", "overwrite=true")
     assert "1 job, 0 failed: sw/sweep.csv" in out
+    assert "of an earlier sweep, and in no row of the table: 1 in sw" in out
     assert [row["job"] for row in table(tmp_path / "sw" / TABLE)] == ["0"]
     assert not (tmp_path / "sw" / ".sweep").exists()
 

@@ -2,10 +2,13 @@
 
 import dataclasses
 import importlib
+import threading
+import time
 
 import numpy as np
 import pytest
 
+from indexer_env import engine
 from indexer_env.coefficients import coefficients
 from indexer_env.effects import EFFECTS, MachineEffect
 from indexer_env.errors import ParameterError, SimulationError
@@ -318,3 +321,25 @@ def test_one_machine_given_many_times_is_as_many_equal_machines(smooth) -> None:
     one, each = (batch.channels["table_acceleration"] for batch in (given, copied))
     np.testing.assert_array_equal(one, each)
     assert (one[0] == one[3]).all() and (one[0] != one[1]).any() and (one[0] != one[2]).any()
+
+
+def test_a_run_that_is_broken_off_leaves_nobody_who_still_writes(monkeypatch):
+    """Ctrl-C in the thread that waits; the others would write into what a reset has begun anew."""
+    begun, ended, main = [], [], threading.get_ident()
+
+    def kernel(first, last, *arguments):
+        if threading.get_ident() == main:
+            raise KeyboardInterrupt
+        begun.append(first)
+        time.sleep(0.05)
+        ended.append(first)
+
+    monkeypatch.setattr(engine, "_kernel", lambda: kernel)
+    monkeypatch.setattr(engine, "cores", lambda: 2)
+    count = 40 * engine._BLOCK
+    steps = np.full(count, 10**6)
+    with pytest.raises(KeyboardInterrupt):
+        engine.run_kernel((None, None, np.zeros((count, 1)), None, None, steps))
+    assert begun == ended and len(begun) < 4
+    time.sleep(0.1)
+    assert begun == ended

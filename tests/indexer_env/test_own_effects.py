@@ -11,6 +11,7 @@ import pytest
 from indexer_env.coefficients import coefficients, numbers_of
 from indexer_env.effects import EFFECTS, MachineEffect, make_effect
 from indexer_env.effects.base import parameter, register
+from indexer_env.env import IndexerEnv
 from indexer_env.errors import ParameterError
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -71,6 +72,29 @@ def test_two_drags_add_in_either_order(smooth):
     own, library = added("viscous")(size=20.0), make_effect("friction.viscous", coefficient=5.0)
     for order in ((own, library), (library, own)):
         assert coefficients(smooth.with_effects(*order), OperatingPoint())["viscous"] == 25.0
+
+
+def test_a_seal_of_ones_own_adds_to_the_librarys_friction_in_either_order(smooth):
+    """The library's friction set the torque, so that the seal went where it stood first."""
+    seal, library = added("coulomb_torque")(size=10.0), make_effect("friction.coulomb", torque=3.0)
+    for order in ((seal, library), (library, seal)):
+        assert coefficients(smooth.with_effects(*order), OperatingPoint())["coulomb_torque"] == 13.0
+
+
+def test_a_load_of_ones_own_acts_beside_a_brake(smooth):
+    """Released all the time, the brake leaves what the effect adds to the load."""
+    rows = []
+    for brake, own in ((0.0, 50.0), (100.0, 50.0), (100.0, 0.0)):
+        machine = smooth.with_effects(added("load_torque")(size=own)) if own else smooth
+        env = IndexerEnv(machine=machine, brake_torque=brake)
+        env.reset(seed=0)
+        action = np.zeros(env.action_space.shape, np.float32)
+        action[1:] = -1.0
+        rows.append(np.array([env.step(action)[0] for _ in range(4)]))
+        env.close()
+    width = min(row.shape[1] for row in rows)
+    np.testing.assert_allclose(rows[1][:, :width], rows[0][:, :width], rtol=1e-6)
+    assert np.abs(rows[1][:, :width] - rows[2][:, :width]).max() > 1e-3
 
 
 @pytest.mark.parametrize(

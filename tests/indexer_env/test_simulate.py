@@ -307,3 +307,15 @@ def test_a_channel_that_was_not_recorded_is_refused(reference):
     found = simulate(reference, run=Run(channels=("cam_angle",), samples=10, warmup_turns=0))
     with pytest.raises(ParameterError, match=r"^Run\.channels must be a tuple that holds table_acceleration "):
         _ = found.table_acceleration
+
+
+def test_numbers_of_numpy_are_pythons_numbers(reference):
+    """What is worked out from a float32 would be one, too, and no warm-up would settle."""
+    point = OperatingPoint(motor_speed=np.float32(157.0), load_torque=np.float64(2.0), start_angle=np.int64(0))
+    assert [type(value) for value in dataclasses.astuple(point)] == [float, float, int]
+    ratio = np.float32(25.625)
+    machine = dataclasses.replace(reference, reduction_ratio=ratio, stations=np.int64(8))
+    joint = dataclasses.replace(reference.input_joint, stiffness=np.float32(8000.0))
+    assert type(machine.turn_duration(point)) is type(joint.stiffness) is float and type(machine.stations) is int
+    assert machine.turn_duration(point) == dataclasses.replace(reference, reduction_ratio=25.625).turn_duration(point)
+    assert type(Run(sample_rate=np.float32(1000.0), samples=np.int64(5)).samples) is int

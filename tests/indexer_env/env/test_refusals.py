@@ -318,3 +318,13 @@ def test_a_step_that_does_not_resolve_a_decay_says_so(reference):
         IndexerEnv(machine=sticky)
     with pytest.raises(ParameterError, match=rf"Run\.step {said}"):
         simulate(sticky, run=Run(samples=10, warmup_turns=0))
+
+
+def test_a_seed_that_is_refused_leaves_no_item_half_seeded():
+    env = IndexerVectorEnv(3, half_width=0.1)
+    with pytest.raises(gymnasium.error.Error):
+        env.reset(seed=[1, -1, 2])
+    first, _ = env.reset(seed=[1, 4, 2])
+    assert len({id(rng) for rng in env.np_random}) == 3
+    again, _ = IndexerVectorEnv(3, half_width=0.1).reset(seed=[1, 4, 2])
+    np.testing.assert_array_equal(first, again)
