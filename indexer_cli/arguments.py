@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import yaml
@@ -89,8 +90,14 @@ def file_behind(sentence: str) -> str:
     given = [override.lstrip("+~").partition("=")[0] for override in hydra.overrides.task]
     if key == group or any(key == name or key.startswith(f"{name}.") for name in given if "." in name):
         return ""
-    for folder in hydra.searchpath:
-        copy = Path(folder.removeprefix("file://")) / group / f"{hydra.runtime.choices.get(group)}.yaml"
+    return copied_from(group, str(hydra.runtime.choices.get(group)), hydra.searchpath)
+
+
+def copied_from(group: str, choice: str, searchpath: Iterable[str]) -> str:
+    """The YAML file, as it was typed, whose copy in one of these folders is this choice of a group; empty where it is
+    no copy."""
+    for folder in searchpath:
+        copy = Path(folder.removeprefix("file://")) / group / f"{choice}.yaml"
         if copy.is_file() and (first := copy.read_text(encoding="utf-8").partition("\n")[0]).startswith(_FROM):
             return first.removeprefix(_FROM)
     return ""

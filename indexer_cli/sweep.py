@@ -16,6 +16,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
+from indexer_cli.arguments import copied_from
 from indexer_cli.places import StoreError, is_url
 from indexer_cli.places.local import LocalPlace, whole_file
 from indexer_cli.words import stop_for
@@ -74,6 +75,7 @@ class SweepTable(Callback):
             return
         folder = _folder(config)
         given = dict(override.lstrip("+~").split("=", 1) for override in config.hydra.overrides.task if "=" in override)
+        given = {key: copied_from(key, told, config.hydra.searchpath) or told for key, told in given.items()}
         value = job_return._return_value
         said = value if isinstance(value, dict) and value.keys() == outcome().keys() else outcome(reason=str(value))
         row = {"job": config.hydra.job.num, "given": given, **said}

@@ -13,6 +13,7 @@ import pytest
 from indexer_cli.places.local import LocalPlace
 from indexer_cli.sweep import TABLE, SweepTable, write_table
 from indexer_cli.verbs import VERBS
+from indexer_env.presets import config_dir
 
 SHORT = ("run.sample_rate=200", "run.samples=200", "run.warmup_turns=0")
 
@@ -134,3 +135,12 @@ def test_a_sweep_into_the_working_folder_has_its_table_too(tmp_path, simulate):
     code, out, err = simulate("-m", "seed=0,1", "out=.")
     assert code == 0 and "2 jobs, 0 failed: sweep.csv" in out, err
     assert [row["seed"] for row in table(tmp_path / TABLE)] == ["0", "1"]
+
+
+def test_files_of_a_sweep_stand_in_the_table_as_they_were_typed(tmp_path, simulate):
+    """Hydra is given copies, whose names say nothing of the folder."""
+    for plant in ("one", "two"):
+        (tmp_path / plant).mkdir()
+        (tmp_path / plant / "m.yaml").write_text((config_dir() / "machine" / "smooth.yaml").read_text())
+    assert simulate("-m", "machine=one/m.yaml,two/m.yaml,reference", "out=sw")[0] == 0
+    assert [row["machine"] for row in table(tmp_path / "sw" / TABLE)] == ["one/m.yaml", "two/m.yaml", "reference"]
