@@ -38,6 +38,7 @@ In reading order:
     card         what twin.yaml says of calibration and networks
     make         the stages one after the other                          (indexer twin)
     twin         a twin as it is stored in its folder: `Twin.load`, `diagnose_turn`, `explain`
+    found        a fault of an answer, from what networks or physics say of it
     answer       one answer of networks and physics
     update       new healthy records of a twin                           (indexer twin-update)
     diagnose     records -> answer                                       (indexer twin-diagnose)

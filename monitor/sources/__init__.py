@@ -3,6 +3,7 @@
 base     what every source has
 mqtt     messages of a broker
 opcua    nodes of an OPC UA server
+listing  what lies in a watched folder
 folder   files that a logger writes
 replay   a data set of `indexer generate` or `indexer ingest`, in real time or faster
 demo     simulated machines that wear, published to the built-in broker
