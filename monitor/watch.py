@@ -121,7 +121,7 @@ class Watch:
         """How far a turn is from what was taught and from what is usual, the greater of both; 1 and more is far."""
         record = cut.turn.record
         assert record is not None
-        key, stations = f"{cut.mode.name} {cut.by_pulse}", (self._plan.stations or 0) if cut.by_pulse else 0
+        key, stations = f"{cut.mode.name} {cut.by_pulse}", self._plan.stations if cut.by_pulse else None
         far, factor = self.baselines.far(key, record, cut.mode.rate, finding.level, stations)
         if factor is not None:
             text = f"all frequencies have changed by the factor {factor:.3g}: sensor, gain or range was changed"

@@ -86,6 +86,7 @@ def by_physics(
 
 
 def physical(one: PhysicalFault, fault: Fault | None, machine: Machine, matters: Mapping[str, float]) -> FoundFault:
+    """A fault as physics measured it; `fault` is its entry in the twin's table, None for an effect of no table."""
     if fault is None:
         words = EFFECTS[one.fault].sentence.rstrip(".")
         return FoundFault(

@@ -35,6 +35,7 @@ from benchmarks.twin.transfer import transferred
 from benchmarks.twin.truth import DRAWS, Purpose, Truth, machine_of, rng_of, write_bench
 from twin.folder import VERSION
 from twin.settings import Settings
+from twin.workplace import keep
 
 DEFAULTS = {
     "machines": 20, "only": "", "records": 160, "physics": 8, "at_size": 40, "seed": 5, "noise": 0.015, "spread": 0.1,
@@ -135,9 +136,10 @@ def main(arguments: Sequence[str]) -> None:
             if not (counted / name).exists():
                 rows = out / "rows" / name
                 if not rows.exists():
-                    _write(rows, json.dumps({**done(truth, number, method, settings, out), "settings": own}))
+                    made = {**done(truth, number, method, settings, out), "settings": own}
+                    keep(rows, json.dumps(made).encode())
                 found = counts_of(json.loads(rows.read_text()))
-                _write(counted / name, json.dumps(found, indent=1) + "\n")
+                keep(counted / name, (json.dumps(found, indent=1) + "\n").encode())
                 print(number, method, found, flush=True)
             shutil.rmtree(work, ignore_errors=True)
     print(markdown(table_of(sorted(counted.glob(f"{law}-*.json")))))
@@ -153,13 +155,6 @@ def counts_of(found: dict[str, Any]) -> dict[str, Any]:
         "cpu_s": {name: np.quantile(given, (0.5, 0.95)).round(3).tolist() for name, given in spent.items() if given},
         "counts": {name: counts(given) for name, given in rows.items()},
     }
-
-
-def _write(file: Path, text: str) -> None:
-    """A file that is whole or not there."""
-    fresh = file.with_suffix(".part")
-    fresh.write_text(text)
-    fresh.rename(file)
 
 
 def settings_of(arguments: Sequence[str]) -> dict[str, Any]:

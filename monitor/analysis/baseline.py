@@ -96,7 +96,9 @@ class Baselines:
         """Learn anew, as after another sensor was mounted."""
         self._baselines.clear()
 
-    def far(self, key: str, record: np.ndarray, rate: float, level: float, stations: int) -> tuple[float, float | None]:
+    def far(
+        self, key: str, record: np.ndarray, rate: float, level: float, stations: int | None
+    ) -> tuple[float, float | None]:
         """How far the level [unit of the record] of a turn's record, and that of each station, lies from what is usual,
         in units of SCATTERS scatters, and the factor by which the gain has jumped; None: it has not. What is usual is
         learnt anew from a jump on."""

@@ -27,8 +27,10 @@ SCHEME = "opc.tcp://"
 _PUBLISH_MS = 100.0
 """Period at which the server sends what is new: below what anybody notices."""
 
+_WAITING = 2000
+"""Values that wait for the monitor, also over a break of the connection."""
+
 _QUEUE = 600
-_WAITING = 2000  # values that wait for the monitor
 """Values of a node that the server keeps between two of these, and over a short break: ten minutes of 1 s blocks."""
 
 _RETRY_S = 2.0
@@ -128,28 +130,27 @@ class OpcUaSource(Source):
         asyncio.run(self._run(engine))
 
     async def _run(self, engine: Engine) -> None:
+        came: asyncio.Queue[Block] = asyncio.Queue(_WAITING)
+        handing = asyncio.create_task(self._hand_over(engine, came))
+        try:
+            await self._insist(engine, came)
+        finally:
+            handing.cancel()
+
+    async def _insist(self, engine: Engine, came: asyncio.Queue[Block]) -> None:
         while not self.stopping.is_set():
             try:
-                await self._listen(engine)
+                await self._listen(engine, came)
             except Exception as reason:
                 # Whatever a server answers: it is tried again, and told.
                 self.tell(f"the OPC UA server {self.name} cannot be used ({_said(reason)}); trying again")
             self.subscribed = False
             await self._wait(_RETRY_S)
 
-    async def _listen(self, engine: Engine) -> None:
+    async def _listen(self, engine: Engine, came: asyncio.Queue[Block]) -> None:
         client = await self._client()
-        came: asyncio.Queue[tuple[Any, Any, Any]] = asyncio.Queue(_WAITING)
-        handing = asyncio.create_task(self._hand_over(engine, came))
-        try:
-            await self._follow(client, came)
-        finally:
-            handing.cancel()
-
-    async def _follow(self, client: Any, came: asyncio.Queue) -> None:
-        """Fill the queue with what comes, until the connection breaks."""
         async with client:
-            subscription = await client.create_subscription(_PUBLISH_MS, _Handler(came))
+            subscription = await client.create_subscription(_PUBLISH_MS, _Handler(self, engine, came))
             by_machine = {client.get_node(node): machine for machine, node in (self._nodes.nodes or {}).items()}
             self._machines = {node.nodeid: machine for node, machine in by_machine.items()}
             # A sampling interval of 0 asks for every value that is written.
@@ -181,18 +182,21 @@ class OpcUaSource(Source):
             await client.set_security(SecurityPolicyBasic256Sha256, certificate, key, server_certificate=server)
         return client
 
-    async def _hand_over(self, engine: Engine, came: asyncio.Queue) -> None:
+    def taken(self, engine: Engine, node: Any, value: Any, data: Any) -> Block | None:
+        """The block that a value is; None, and told, where it is none."""
+        machine = self._machines[node.nodeid]
+        try:
+            return block_of(machine, value, data.monitored_item.Value, self._nodes)
+        except SignalError as error:
+            engine.broken(machine, str(error))
+            return None
+
+    async def _hand_over(self, engine: Engine, came: asyncio.Queue[Block]) -> None:
         """Hand over what comes in its order, waiting where the monitor is behind."""
         while not self.stopping.is_set():
-            node, value, data = await came.get()
-            machine = self._machines[node.nodeid]
-            try:
-                block = block_of(machine, value, data.monitored_item.Value, self._nodes)
-            except SignalError as error:
-                engine.broken(machine, str(error))
-                continue
+            arrival = Arrival(await came.get())
             while not self.stopping.is_set():
-                if await asyncio.to_thread(engine.offer, Arrival(block), 0.5):
+                if await asyncio.to_thread(engine.offer, arrival, 0.5):
                     break
 
     async def _wait(self, seconds: float) -> None:
@@ -202,13 +206,15 @@ class OpcUaSource(Source):
 class _Handler:
     """What asyncua calls for each value, in tasks of their own: only what does not wait stays in its order."""
 
-    def __init__(self, came: asyncio.Queue) -> None:
-        self._came = came
+    def __init__(self, source: OpcUaSource, engine: Engine, came: asyncio.Queue[Block]) -> None:
+        self._source, self._engine, self._came = source, engine, came
 
     def datachange_notification(self, node: Any, val: Any, data: Any) -> None:
         """As asyncua has it. What a full queue cannot take is lost, and will be told as a gap."""
-        with contextlib.suppress(asyncio.QueueFull):
-            self._came.put_nowait((node, val, data))
+        block = self._source.taken(self._engine, node, val, data)
+        if block is not None:
+            with contextlib.suppress(asyncio.QueueFull):
+                self._came.put_nowait(block)
 
 
 def block_of(machine: str, value: Any, data: Any, told: Nodes) -> Block:

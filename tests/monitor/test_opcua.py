@@ -247,10 +247,11 @@ def test_values_keep_their_order_where_the_monitor_is_behind():
 
     async def run():
         came = asyncio.Queue(30)
-        handler = _Handler(came)
+        engine = SimpleNamespace(offer=offer, broken=lambda *said: pytest.fail(str(said)))
+        handler = _Handler(source, engine, came)
         for number in range(35):
             handler.datachange_notification(node, [float(number)] * 3, value(number))
-        await source._hand_over(SimpleNamespace(offer=offer, broken=lambda *said: pytest.fail(str(said))), came)
+        await source._hand_over(engine, came)
 
     asyncio.run(run())
     assert offered == list(range(30))
