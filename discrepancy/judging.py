@@ -76,6 +76,7 @@ class Judge:
         self._costs: dict[str, float] = {}
         self._adapted: dict[str, Point] = {}
         self._tables: dict[str, Point] = {}
+        self._causes: dict[int, str] = {}
         self._estimates: dict[Fitted, Estimates] = {}
         # the machine without effects first: its fit tells the speed, at which an effect that turns has its phase
         self._hold([self.base, self.best, *map(fits.on_all, selection.without)])
@@ -172,8 +173,11 @@ class Judge:
         """What explains better than the k-th effect what the whole set without it leaves."""
         if self._elsewhere is None:
             return ""
-        without = self.fits.on_all(self.selection.without[k])
-        return self._elsewhere(self.fits.whole, self.best.place, without.place, self.best.effects[k].name)
+        if k not in self._causes:
+            without = self.fits.on_all(self.selection.without[k])
+            name = self.best.effects[k].name
+            self._causes[k] = self._elsewhere(self.fits.whole, self.best.place, without.place, name)
+        return self._causes[k]
 
     def _missed_by_table(self, k: int, form: Form) -> float:
         # what does not repeat is in all three, and so in none of their differences

@@ -22,7 +22,7 @@ from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import Race, first_of_each, race, restarted
-from discrepancy.selection import Fitted, Selection, key_of, more_than, scores
+from discrepancy.selection import Fitted, Selection, key_of, more_than, scores, standings
 
 _log = logging.getLogger(__name__)
 
@@ -90,14 +90,14 @@ class Search:
             _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in tried))
             if grown is current:
                 break
-            # where it is the same set, better fitted, what led from the poorer place leads no more
-            self._races.pop((key_of(grown.place.hypothesis), ""), None)
             current, tried = grown, []
         current = self._suggested(current if current.effects else self.fits.fit(current.place))
         current, instead = self._compared(current)
         without = tuple(self.fits.without(current, k) for k in range(len(current.effects)))
         base = self.fits.known(NONE) or self.fits.fit(self.fits.begun.place)
-        return Selection(base, current, without, instead, tuple(tried), self.in_time(), self.model)
+        return Selection(
+            base, current, without, instead, tuple(tried), self.in_time(), self.model, self.criteria.margin
+        )
 
     def _suggested(self, fitted: Fitted) -> Fitted:
         """The set, or one that was suggested and is clearly better: the search may have stopped short of it."""
@@ -109,12 +109,11 @@ class Search:
 
     def _compared(self, fitted: Fitted) -> tuple[Fitted, tuple[tuple[Fitted, ...], ...]]:
         """The set with those that have another effect in the place of one of its own, what is alike included; one of
-        them where it is clearly better. What a bound holds stands in for another effect: it counts the margin less."""
+        them where it stands clearly better."""
         for more in reversed(range(self.criteria.most + 1)):
             instead = tuple(self._instead(fitted, k, alike=True) for k in range(len(fitted.effects)))
             sets = [fitted, *itertools.chain(*instead)]
-            handicaps = [self.criteria.margin * one.held for one in sets]
-            told = [own + behind for own, behind in zip(scores(sets, self.model), handicaps, strict=True)]
+            told = standings(sets, self.model, self.criteria.margin)
             if not more or told[0] - min(told) < _HALF_WAY * self.criteria.margin:
                 break
             fitted = sets[told.index(min(told))]
@@ -199,23 +198,31 @@ class Search:
     def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> Race:
         """The set with one more effect of the library, or of those that have led a race so far where it is to be
         `instead` of one."""
-        key = key_of(base.place.hypothesis), instead
-        whole = None if wide else self._races.get((key[0], ""))
+        key, careful = (key_of(base.place.hypothesis), instead), self.fits.careful(base)
+        whole = None if wide else self._led((key[0], ""), careful)
         if whole is not None:
             return whole.without(instead)
-        before = self._races.get(key)
+        before = self._led(key, careful)
         own = {instead, *base.place.hypothesis.names, *self._barred}
         leaders = {name for one in self._races.values() for name in one.names[: self.criteria.fits]}
         more = leaders - own - self._asked.setdefault(key, set())
         if before is not None and instead and not more:
             return before
-        careful = self.fits.careful(base)
         library = self._listed(careful).items()
         others = [h for name, mine in library if (name in more if instead else name not in own) for h in mine]
         raced = Race(careful.cost, race(self.model, careful, others, self.criteria, wide=wide, in_time=self.in_time))
         self._asked[key].update(more)
         self._races[key] = raced if before is None else raced.beside(before)
         return raced if wide else self._races[key]
+
+    def _led(self, key: tuple[str, str], careful: Point) -> Race | None:
+        """A race that was run from a set: what led from a place of it that was clearly poorer leads no more."""
+        raced = self._races.get(key)
+        if raced is not None and raced.start - careful.cost > careful.dispersion(self.model):
+            del self._races[key]
+            self._asked.pop(key, None)
+            return None
+        return raced
 
     def _finished(self, raced: Race, best: Fitted | None = None) -> list[Fitted]:
         """The leading places of a race fitted to the end, best first; those that win less than half of what the leading

@@ -92,6 +92,8 @@ class Selection:
         False where the time ran out before the search ended.
     model : Model
         With the part of the records that was searched.
+    margin : float
+        By which a set that a bound holds stands back behind others.
     """
 
     base: Fitted
@@ -101,6 +103,7 @@ class Selection:
     tried: tuple[Fitted, ...]
     complete: bool
     model: Model
+    margin: float
 
     def other(self, fitted: Fitted, k: int) -> str:
         """Name of the effect that a set has instead of the k-th of the best one."""
@@ -118,8 +121,8 @@ class Selection:
         return self.best.dispersion
 
     def gap(self, fitted: Fitted) -> float:
-        """By how much a set scores worse than the best one."""
-        own, best = scores((fitted, self.best), self.model)
+        """By how much a set scores worse than the best one, `standings` of both."""
+        own, best = standings((fitted, self.best), self.model, self.margin)
         return own - best
 
 
@@ -150,6 +153,12 @@ def scores(sets: Sequence[Fitted], model: Model) -> list[float]:
     """Scores of sets under the dispersion of that one which leaves least, lower is better."""
     dispersion = min(sets, key=lambda one: one.place.cost).dispersion
     return [_score(one, model, dispersion) for one in sets]
+
+
+def standings(sets: Sequence[Fitted], model: Model, margin: float) -> list[float]:
+    """Scores of sets of which one shall stand for what is missing: what a bound holds stands in for another effect, and
+    counts the margin less."""
+    return [score + margin * one.held for score, one in zip(scores(sets, model), sets, strict=True)]
 
 
 def _score(one: Fitted, model: Model, dispersion: float) -> float:

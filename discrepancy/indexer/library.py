@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from discrepancy.indexer.advance import FINEST
+from discrepancy.indexer.lines import MOST
 from discrepancy.model import Hypothesis, Parameter
 from indexer_env.effects import EFFECTS, LOADABLE, Effect
 from indexer_env.effects.base import Sought
@@ -61,7 +62,8 @@ class Seen:
     unit : str
         Of the sensor's reading.
     orders, hums : tuple of float
-        Orders of the motor shaft and frequencies [Hz] at which lines stand in what is left, beside ORDERS and MAINS.
+        Orders of the motor shaft and frequencies [Hz] at which lines stand in what is left, the strongest first: of
+        each kind that an effect may have MOST are looked at, beside ORDERS and MAINS.
     """
 
     measures: Mapping[str, float]
@@ -131,9 +133,9 @@ def _choices(name: str, machine: Machine, seen: Seen) -> Sequence[float]:
     if name == "station":
         return range(machine.stations)
     if name == "order":
-        return sorted({*ORDERS, *seen.orders})
-    hums = {*MAINS, *(f for f in seen.hums if any(abs(f / mains - 1.0) < _WANDER for mains in MAINS))}
-    return sorted(f for f in hums if f < 0.5 * seen.rate)
+        return sorted({*ORDERS, *seen.orders[:MOST]})
+    hums = [f for f in seen.hums if any(abs(f / mains - 1.0) < _WANDER for mains in MAINS)]
+    return sorted(f for f in {*MAINS, *hums[:MOST]} if f < 0.5 * seen.rate)
 
 
 def _parameter(

@@ -14,7 +14,7 @@ _PROMINENT = 30.0
 _SURROUNDINGS = 40
 """Bins on either side that a line is compared with."""
 
-_MOST = 2
+MOST = 2
 """Lines of each kind that are followed up."""
 
 _SLOWEST = 5.0
@@ -27,7 +27,8 @@ _SAME = 1.5
 def lines(
     residuals: Sequence[np.ndarray], sample_rate: float | Sequence[float], motor: Sequence[float]
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Orders of the motor shaft [-] and fixed frequencies [Hz] that stand out of every record, the strongest first.
+    """Orders of the motor shaft [-], multiples of a half, and fixed frequencies [Hz] at which lines stand out of every
+    record, the strongest first. All are given: what a caller does not ask for must take no place of what it does.
 
     Parameters
     ----------
@@ -39,10 +40,12 @@ def lines(
         Speed of the motor shaft in each record [Hz].
     """
     rates = np.broadcast_to(sample_rate, len(residuals)).tolist()
-    peaks = [_peaks(row, rate) for row, rate in zip(residuals, rates, strict=True)]
-    width = max(rate / len(row) for row, rate in zip(residuals, rates, strict=True))
-    hums = _common(peaks, [1.0] * len(peaks), _SAME * width)
-    orders = _common(peaks, motor, _SAME * width / min(motor))
+    widths = [rate / len(row) for row, rate in zip(residuals, rates, strict=True)]
+    # the longest record, which tells a line's place best, first
+    records = sorted(range(len(rates)), key=widths.__getitem__)
+    peaks = [_peaks(residuals[k], rates[k]) for k in records]
+    hums = _common(peaks, [1.0] * len(peaks), _SAME * max(widths))
+    orders = _common(peaks, [motor[k] for k in records], _SAME * max(widths) / min(motor))
     halves = (round(2.0 * order) / 2.0 for order in orders if _near_half(order))
     return tuple(dict.fromkeys(halves)), hums
 
@@ -55,7 +58,8 @@ def _near_half(order: float) -> bool:
 def _common(
     peaks: Sequence[Sequence[tuple[float, float]]], units: Sequence[float], tolerance: float
 ) -> tuple[float, ...]:
-    """Peaks of the first record, over its unit, that all other records have at the same place over theirs."""
+    """Peaks of the first record, over its unit, that all other records have at the same place over theirs, the
+    strongest first."""
     first, *others = [[(f / unit, power) for f, power in record] for record, unit in zip(peaks, units, strict=True)]
     found = []
     for place, power in first:
@@ -64,7 +68,7 @@ def _common(
         ]
         if all(distance < tolerance for distance, _ in nearest):
             found.append((min([power, *(p for _, p in nearest)]), place))
-    return tuple(place for _, place in sorted(found, reverse=True)[:_MOST])
+    return tuple(place for _, place in sorted(found, reverse=True))
 
 
 def _peaks(row: np.ndarray, sample_rate: float) -> list[tuple[float, float]]:

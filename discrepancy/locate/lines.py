@@ -7,10 +7,11 @@ it once in some 10⁸ bins. So the test over all cells and lines may take it lik
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
-from discrepancy.indexer.lines import lines
+from discrepancy.indexer.lines import MOST, lines
 from discrepancy.locate.statistics import parts_of
 from discrepancy.subjects.base import Line, View
 
@@ -30,16 +31,19 @@ def with_found_lines(view: View, residual: np.ndarray) -> View:
     width = np.array([1.0 / spans[number] for number in range(len(view.noise))])
     motor = view.shafts.get(_MOTOR, np.ones(len(width)))
     orders, hums = lines([residual[part] for part in parts], rates, motor[list(numbers)].tolist())
-    found = [Line(f"{f:.4g} Hz", "fixed frequency", np.full(len(width), f)) for f in hums]
-    if _MOTOR in view.shafts:
-        found += [Line(f"order {order:g} of the {_MOTOR}", _MOTOR, order * motor) for order in orders]
-    new = [line for line in found if not _cam_repeats(line, view, width)]
+    fixed = [Line(f"{f:.4g} Hz", "fixed frequency", np.full(len(width), f)) for f in hums]
+    turning = [Line(f"order {order:g} of the {_MOTOR}", _MOTOR, order * motor) for order in orders]
     known = list(view.lines)
-    for line in new:
+    for line in _strongest(fixed, view, width) + (_strongest(turning, view, width) if _MOTOR in view.shafts else []):
         same = [other for other in known if other.kind == line.kind]
         if not any((np.abs(line.frequency - other.frequency) < _SAME * width).all() for other in same):
             known.append(line)
     return dataclasses.replace(view, lines=tuple(known))
+
+
+def _strongest(found: Sequence[Line], view: View, width: np.ndarray) -> list[Line]:
+    """The first lines that are none of the cam's own."""
+    return [line for line in found if not _cam_repeats(line, view, width)][:MOST]
 
 
 def _cam_repeats(line: Line, view: View, width: np.ndarray) -> bool:

@@ -554,7 +554,7 @@ def test_what_is_dismissed_leaves_before_what_stands_in_whatever_they_close(
     judge.fits, judge.criteria = search.fits, search.criteria
     judge.best = inside = search.fits.kept(place, True)
     base = search.fits.begun
-    judge.selection = Selection(base, inside, (), (), (), True, search.model)
+    judge.selection = Selection(base, inside, (), (), (), True, search.model, 30.0)
     found = FoundEffect("an effect", (), (), "")
 
     def judged(inside: Fitted, kept: list[int], before: dict[int, float]) -> list[Judged]:

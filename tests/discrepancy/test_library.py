@@ -27,8 +27,9 @@ def test_a_mesh_is_looked_for_at_every_order() -> None:
     assert choices("drive.mesh_stiffness", orders=(4.5,)) == [{"order": order} for order in (1.0, 2.0, 3.0, 4.5)]
 
 
-def test_what_shakes_the_machine_at_another_frequency_is_no_hum() -> None:
-    found = choices("sensor.mains_hum", hums=(17.2, 41.0, 50.2, 55.0, 60.1))
+def test_what_shakes_the_machine_at_another_frequency_is_no_hum_and_takes_no_place_of_one() -> None:
+    """The strongest lines come first; two near mains are looked at."""
+    found = choices("sensor.mains_hum", hums=(17.2, 41.0, 50.2, 55.0, 60.1, 49.7))
     assert [choice["frequency"] for choice in found] == [50.0, 50.2, 60.0, 60.1]
 
 

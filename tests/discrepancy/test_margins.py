@@ -12,7 +12,7 @@ from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import Race
 from discrepancy.search import Search
-from discrepancy.selection import Fitted
+from discrepancy.selection import Fitted, Selection
 from tests.discrepancy.toy import WINDOWS, Chord
 from tests.discrepancy.toy import effect as effect_like
 
@@ -62,6 +62,26 @@ def test_a_set_that_was_compared_is_taken_from_half_the_margin_on_and_what_a_bou
     own, other = winning(search, 0.0, "tone", size=own_at), winning(search, won, "beat", size=other_at)
     monkeypatch.setattr(search, "_instead", lambda fitted, k, *, alike: (other,) if fitted is own else (own,))
     assert search._compared(own)[0] is (other if taken else own)
+
+
+@pytest.mark.parametrize(("own_at", "other_at", "gap"), [(0.0, 0.0, 12.0), (0.0, LARGEST, 42.0), (LARGEST, 0.0, -18.0)])
+def test_a_set_that_a_bound_holds_stands_the_margin_behind_in_all_that_is_said(
+    search: Search, own_at: float, other_at: float, gap: float
+) -> None:
+    """As in the comparison that chose the set: a rival that only a bound keeps so near is none."""
+    own, other = winning(search, 12.0, "tone", size=own_at), winning(search, 0.0, "beat", size=other_at)
+    selection = Selection(own, own, (), (), (), True, search.model, 30.0)
+    assert selection.gap(other) == pytest.approx(gap)
+
+
+@pytest.mark.parametrize(("better", "kept"), [(0.5, True), (2.0, False)])
+def test_a_race_is_kept_until_its_set_is_clearly_better_fitted(search: Search, better: float, kept: bool) -> None:
+    """By more than one in score; the dispersion is 1."""
+    base = winning(search, 0.0).place
+    search._races["", ""] = raced = Race(base.cost + better * base.dispersion(search.model), [])
+    search._asked["", ""] = {"tone"}
+    assert (search._led(("", ""), base) is raced) == kept
+    assert (("", "") in search._races, ("", "") in search._asked) == (kept, kept)
 
 
 @pytest.mark.parametrize(

@@ -149,19 +149,12 @@ def test_a_set_is_tried_once() -> None:
     assert search._of_each([poor, good]) == [good]
 
 
-class Unforgetting(dict):
-    """What races found, and keeps."""
-
-    def pop(self, *_: object) -> None:
-        return None
-
-
 @pytest.mark.parametrize("renewed", [True, False])
-def test_starts_race_anew_from_a_machine_that_was_found_out(renewed: bool) -> None:
+def test_starts_race_anew_from_a_machine_that_was_found_out(renewed: bool, monkeypatch) -> None:
     """First `near` wins, which the machine's own play is as good as; `b` shows only once that play is fitted."""
     search = Search(Loose(), Criteria(rivals=1))
     if not renewed:
-        search._races = Unforgetting()
+        monkeypatch.setattr(Search, "_led", lambda search, key, careful: search._races.get(key))
     assert search.run().best.place.hypothesis.names == (("b",) if renewed else ())
 
 

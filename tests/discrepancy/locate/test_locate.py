@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from discrepancy.fit import fit
+from discrepancy.indexer.lines import lines
 from discrepancy.indexer.model import IndexerModel
 from discrepancy.indexer.parameters import read
 from discrepancy.locate.lines import with_found_lines
@@ -162,8 +163,8 @@ def test_stations_that_do_not_stand_out_are_told_with_their_range() -> None:
 def test_lines_at_every_speed_are_told() -> None:
     hum = [Spot(f"{hz:g} Hz", "fixed frequency", (hz, hz), 50.0, 0.001, True) for hz in (50.0, 100.0)]
     shaft = Spot("order 1 of the motor shaft", "motor shaft", (20.0, 25.0), 1.0, 0.5, False)
-    for lines, said in ((hum, "Lines stand at 50 Hz and 100 Hz"), (hum[:1], "A line stands at 50 Hz")):
-        told = sentences(2.0, (), (*lines, shaft), np.zeros((2, 0)))
+    for spots, said in ((hum, "Lines stand at 50 Hz and 100 Hz"), (hum[:1], "A line stands at 50 Hz")):
+        told = sentences(2.0, (), (*spots, shaft), np.zeros((2, 0)))
         assert told[1] == f"{said} at every speed, locked to no shaft."
 
 
@@ -189,6 +190,24 @@ def test_a_line_stands_out_at_any_frequency(frequency: float | None, named: str 
     found = {line.name: line.frequency[0] for line in with_found_lines(made.view, made.noise + hum).lines}
     assert found == {} if named is None else any(name.startswith(named) for name in found)
     assert all(place == pytest.approx(frequency, abs=0.05) for place in found.values())
+
+
+def test_lines_of_the_cam_take_no_place_of_another_one() -> None:
+    """7.3 Hz beside three stronger orders of the cam."""
+    made = Turns()
+    waves = [np.sin(2.0 * np.pi * frequency * made.view.time) for frequency in (7.3, 8.0, 13.0, 20.0)]
+    found = with_found_lines(made.view, made.noise + 0.7 * waves[0] + 3.0 * sum(waves[1:])).lines
+    assert [line.frequency[0] for line in found] == pytest.approx([7.3], abs=0.05)
+
+
+def test_the_longest_record_tells_where_a_line_stands() -> None:
+    """17.3 Hz in 2 s and in 20 s: the short record alone would tell it to some 0.1 Hz."""
+    rng = np.random.default_rng(7)
+    times = [np.arange(200) / 100.0, np.arange(2000) / 100.0]
+    _, found = lines(
+        [np.sin(2.0 * np.pi * 17.3 * t + 1.0) + 0.3 * rng.standard_normal(len(t)) for t in times], 100.0, [1.7, 2.3]
+    )
+    assert found == pytest.approx((17.3,), abs=0.005)
 
 
 def test_a_line_is_found_in_records_of_different_rates() -> None:
