@@ -1,4 +1,7 @@
-"""The tables, for SQLite and PostgreSQL alike."""
+"""The tables, for SQLite and PostgreSQL alike.
+
+What users name (classes, modes, units, files) may be of any length: PostgreSQL refuses what is longer than its column.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,7 @@ TURN = Table(
     Column("number", BigInteger, primary_key=True),
     Column("start_ns", BigInteger, nullable=False),
     Column("duration", Float, nullable=False),
-    Column("mode", String(32), nullable=False),
+    Column("mode", Text, nullable=False),
     Column("problem", Text, nullable=False),
     Column("content", Text, nullable=False),  # finding, smoothed sizes, remaining time, as JSON
     Index("turn_by_time", "machine", "start_ns"),
@@ -55,7 +58,7 @@ RAW = Table(
     Column("machine", String(64), primary_key=True),
     Column("number", BigInteger, primary_key=True),
     Column("rate", Float, nullable=False),
-    Column("unit", String(16), nullable=False),
+    Column("unit", Text, nullable=False),
     Column("keep", String(16), nullable=False),
     Column("record", LargeBinary, nullable=False),
 )
@@ -89,7 +92,7 @@ EVENT = Table(
     Column("machine", String(64), nullable=False),
     Column("time_ns", BigInteger, nullable=False),
     Column("turn", BigInteger, nullable=False),
-    Column("quantity", String(32), nullable=False),
+    Column("quantity", Text, nullable=False),
     Column("kind", String(16), nullable=False),
     Column("level", String(16), nullable=False),
     Column("content", Text, nullable=False),  # the whole event, as JSON
@@ -109,8 +112,8 @@ OUTBOX = Table(
 POSITION = Table(
     "position",
     METADATA,
-    Column("source", String(200), primary_key=True),
-    Column("item", String(400), primary_key=True),
+    Column("source", Text, primary_key=True),
+    Column("item", Text, primary_key=True),
     Column("value", Text, nullable=False),
 )
 

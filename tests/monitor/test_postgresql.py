@@ -6,10 +6,13 @@ import time
 from pathlib import Path
 
 import pytest
+from sqlalchemy import insert
 
 from benchmarks.monitor.programs import INITDB, POSTGRES, Database
 from monitor.engine import Arrival, Engine
 from monitor.store import Store
+from monitor.store.schema import EVENT
+from monitor.store.store import write_position
 from tests.monitor.conftest import WAIT_S
 from tests.monitor.fakes import PLAN, FakeDiagnoser, block
 from tests.monitor.test_leases import lives_and_deaths
@@ -78,4 +81,18 @@ def test_kills_of_the_database_lose_and_double_no_turn(database, monkeypatch):
     assert [number for number, _ in turns] == list(range(1, sent // 2 + 1))
     assert len({start for _, start in turns}) == len(turns)
     assert engine.retries > 0
+    store.close()
+
+
+def test_what_users_name_may_be_of_any_length(database):
+    """PostgreSQL refuses what is longer than its column, and the monitor would try for ever."""
+    store, item = reached(database.url), "logger/" + "sub/" * 200 + "turn.csv"
+    with store.transaction() as connection:
+        write_position(connection, "folder:" + "x" * 300, item, "done")
+        connection.execute(
+            insert(EVENT).values(
+                machine="m", time_ns=0, turn=1, quantity="worn " * 30, kind="raised", level="alarm", content="{}"
+            )
+        )
+    assert store.positions("folder:" + "x" * 300) == {item: "done"} and len(store.events("m")) == 1
     store.close()
