@@ -55,8 +55,6 @@ class Pipeline:
         if others:
             said = "%s: another model or twin diagnoses at %s than before; trends begin anew there"
             _log.warning(said, machine, joined(sorted(others)))
-        references = body.get("references", {})
-        self.references: dict[str, int] = {mode: number for mode, number in references.items() if mode not in others}
         self.watch = Watch(plan, [mode.name for mode in diagnoser.modes], self.states, without_modes(body, others))
         self._order = Order(self.states, plan.jitter, self.until_ns)
         self._order.seen = [(start, number) for start, number in body.get("seen", ())]
@@ -170,8 +168,7 @@ class Pipeline:
         if block.sensor is not None:
             if self.sensor is not None and block.sensor != self.sensor:
                 self.states.note("swapped", block.start_ns, f"the sensor is {block.sensor}, it was {self.sensor}")
-                self.watch.baselines.clear()
-                self.references.clear()
+                self.watch.forget_usual()
             self.sensor = block.sensor
         self.states.over("stale")
         self.states.age(block.end_ns)
@@ -268,7 +265,6 @@ class Pipeline:
             "until_ns": self.until_ns,
             "heard_ns": self.heard_ns,
             "sensor": self.sensor,
-            "references": self.references,
             "origins": dict(self._diagnoser.origins),
             **self.watch.to_dict(),
             "seen": self._order.seen,

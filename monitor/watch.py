@@ -36,6 +36,8 @@ class Watch:
     last : dict
         Of the newest turn that was diagnosed: when it ended, what it showed, and the sizes under "modes". Where the
         newest turn of all was not diagnosed "problem", "problem_ns" and "problem_mode" tell of that one.
+    references : dict of str to int
+        Number of the healthy turn of each mode with which the page compares later ones.
     """
 
     def __init__(self, plan: Plan, modes: Collection[str], states: States, body: dict[str, Any] | None = None) -> None:
@@ -54,6 +56,7 @@ class Watch:
         ended_s = self.last["time_ns"] / NANO if "time_ns" in self.last else None
         self.running = Running(body.get("running", {"last_s": ended_s, "ran_s": ended_s}))
         self.baselines = Baselines(body.get("baselines"))
+        self.references: dict[str, int] = dict(body.get("references", {}))
         stored = body.get("conditions", {})
         self.conditions = {name: Condition(name, plan.rules, stored.get(name), modes) for name in plan.limits}
         unwatched = [Condition(name, plan.rules, one, modes) for name, one in stored.items() if name not in plan.limits]
@@ -152,7 +155,7 @@ class Watch:
         happened = self.conditions[quantity].repaired(time_ns, user, note)
         for trends in self.trends.values():
             trends.pop(quantity, None)
-        self.baselines.clear()
+        self.forget_usual()
         modes = self.last.get("modes", {})
         left = {
             mode: {**one, "sizes": _without(one["sizes"], quantity), "remaining": _without(one["remaining"], quantity)}
@@ -160,6 +163,11 @@ class Watch:
         }
         self.last = {**self.last, "modes": left}
         return happened
+
+    def forget_usual(self) -> None:
+        """The machine or its sensor was changed: what is usual, and a healthy turn to compare with, come anew."""
+        self.baselines.clear()
+        self.references.clear()
 
     # ------------------------------------------------------------------------------------------------ what is known
 
@@ -191,18 +199,20 @@ class Watch:
             "trends": {m: {n: trend.to_dict() for n, trend in trends.items()} for m, trends in self.trends.items()},
             "running": self.running.to_dict(),
             "baselines": self.baselines.to_dict(),
+            "references": dict(self.references),
             "conditions": {one.quantity: one.to_dict() for one in conditions},
         }
 
 
 def without_modes(body: dict[str, Any], modes: Collection[str]) -> dict[str, Any]:
-    """What `to_dict` gave, without the trends of some modes and what was usual there."""
+    """What `to_dict` gave, without the trends of some modes and what was usual and healthy there."""
     usual = {key: one for key, one in body.get("baselines", {}).items() if key.rpartition(" ")[0] not in modes}
     trends = {mode: one for mode, one in body.get("trends", {}).items() if mode not in modes}
+    references = {mode: number for mode, number in body.get("references", {}).items() if mode not in modes}
     last = dict(body.get("last", {}))
     if "modes" in last:
         last["modes"] = {mode: one for mode, one in last["modes"].items() if mode not in modes}
-    return {**body, "trends": trends, "last": last, "baselines": usual}
+    return {**body, "trends": trends, "last": last, "baselines": usual, "references": references}
 
 
 def _by_mode(last: dict[str, Any]) -> dict[str, Any]:

@@ -136,15 +136,15 @@ class Store:
             row = connection.execute(query).first()
         return None if row is None else (np.frombuffer(bytes(row.record), "<f4"), float(row.rate), str(row.unit))
 
-    def reference(self, machine: str, mode: str) -> int | None:
-        """Number of the turn that was kept as the healthy one of a mode."""
+    def reference(self, machine: str, mode: str, number: int) -> int | None:
+        """Number of the turn that was the healthy one of a mode when this one was taken: they are renewed."""
         query = (
             select(RAW.c.number)
             .join(TURN, (TURN.c.machine == RAW.c.machine) & (TURN.c.number == RAW.c.number))
-            .where(RAW.c.machine == machine, RAW.c.keep == "reference", TURN.c.mode == mode)
+            .where(RAW.c.machine == machine, RAW.c.keep == "reference", TURN.c.mode == mode, RAW.c.number <= number)
         )
         with self.transaction() as connection:
-            return connection.execute(query.order_by(RAW.c.number)).scalar()
+            return connection.execute(query.order_by(RAW.c.number.desc())).scalar()
 
     def archive_of(self, machine: str, number: int) -> str | None:
         """File that holds a turn."""

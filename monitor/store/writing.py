@@ -62,9 +62,9 @@ def _is_reference(pipeline: Pipeline, turn: Turn) -> bool:
     if turn.finding is None or not turn.finding.healthy:
         return False
     mode = turn.cut.mode.name
-    if mode in pipeline.references:
+    if mode in pipeline.watch.references:
         return False
-    pipeline.references[mode] = turn.number
+    pipeline.watch.references[mode] = turn.number
     return True
 
 

@@ -49,7 +49,7 @@ def turn(store: Store, machine: str, number: int) -> dict[str, Any] | None:
         return told
     record, rate, unit = found
     told |= {"unit": unit, "record": _curve(record, rate), "spectrum": _spectrum(record)}
-    reference = store.reference(machine, told["mode"])
+    reference = store.reference(machine, told["mode"], number)
     healthy = None if reference is None else record_of(store, machine, reference)
     if healthy is not None and reference is not None and healthy[0].size == record.size:
         aligned = _aligned(healthy[0], record)

@@ -56,7 +56,7 @@ def test_records_that_are_kept_for_good_keep_their_turns_and_old_machines_what_t
     expire(store, START_NS + 10**18, 10**12, 10**12)
     assert numbers(store) == list(range(1, 31)) and record_of(store, "m", 3) is not None
     expire(store, START_NS + 10**18, 10**12, 4 * 10**9)
-    assert numbers(store) == [1, *range(26, 31)] and store.reference("m", "60 rpm") == 1
+    assert numbers(store) == [1, *range(26, 31)] and store.reference("m", "60 rpm", 30) == 1
     store.close()
 
 

@@ -64,7 +64,7 @@ def test_turns_events_and_samples_are_committed(url):
     assert store.summary("m")["level"] == "alarm"
     record, rate, unit = store.raw("m", 3)
     assert record.size == 100 and (rate, unit) == (100.0, "m/s^2")
-    assert store.reference("m", "60 rpm") == 1
+    assert store.reference("m", "60 rpm", 1) == 1
     assert store.counts()["block"] <= 8, "samples that are used up are forgotten"
     store.close()
 

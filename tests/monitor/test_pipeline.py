@@ -343,8 +343,10 @@ def test_after_a_repair_the_remaining_time_is_that_of_the_new_life(pipeline):
         return outcome.turns[-1].remaining.get("backlash_deg")
 
     life(0, 200)
+    pipeline.watch.references["60 rpm"] = 1
     event = pipeline.watch.repair("backlash_deg", pipeline.newest_ns, "eve", "new reducer")
     assert event.kind == "repaired" and pipeline.watch.baselines.to_dict() == {}
+    assert pipeline.watch.references == {}
     shown = pipeline.summary()["last"]
     assert (
         "backlash_deg" not in shown["sizes"] and "crack" in shown["sizes"] and "backlash_deg" not in shown["remaining"]
@@ -422,14 +424,14 @@ def test_a_speed_that_was_not_taught_is_told_in_rpm(pipeline):
 
 def test_a_healthy_turn_of_another_model_or_sensor_is_none_to_compare_with(pipeline):
     feed(pipeline, 0, 300, sensor="A")
-    pipeline.references["60 rpm"] = 1
+    pipeline.watch.references["60 rpm"] = 1
     body = pipeline.to_dict()
-    assert Pipeline("m", FakeDiagnoser(), PLAN, body).references == {"60 rpm": 1}
+    assert Pipeline("m", FakeDiagnoser(), PLAN, body).watch.references == {"60 rpm": 1}
     other = FakeDiagnoser()
     other.origins = {"60 rpm": "another"}
-    assert Pipeline("m", other, PLAN, body).references == {}
+    assert Pipeline("m", other, PLAN, body).watch.references == {}
     feed(pipeline, 300, 400, sensor="B")
-    assert pipeline.references == {}
+    assert pipeline.watch.references == {}
 
 
 def test_octaves_do_not_depend_on_how_often_a_motion_is_sampled():

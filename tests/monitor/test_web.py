@@ -60,6 +60,18 @@ def test_the_fleet_tells_what_is_wrong_and_the_turn_is_one_call_away(client, mon
     assert client.get("/api/events").json()["events"][0]["kind"] == "raised"
 
 
+def test_after_a_repair_turns_are_compared_with_a_healthy_one_of_the_new_part(client, monitor):
+    monitor.send(6, 1.0)
+    monitor.send(6, 5.0)
+    done = client.post("/api/machines/press-1/alarms/backlash_deg", json={"action": "repaired", "note": "new reducer"})
+    assert done.status_code == 200
+    monitor.send(12, 1.0)
+    number = {
+        turn: client.get(f"/api/machines/press-1/turns/{turn}").json()["reference"]["number"] for turn in (12, 24)
+    }
+    assert number[12] == 1 and number[24] > 12
+
+
 def test_an_interval_without_end_is_null_on_the_page_and_survives_a_restart(client, monitor, tmp_path, monkeypatch):
     sizes = {"backlash_deg": Size(5.0, 0.5, math.inf)}
     finding = replace(
