@@ -56,6 +56,8 @@ class Evidence:
     elsewhere : str
         What explains better than it what is left without it; "" where nothing does, or where it leaves at most
         `Criteria.law` of the gap, as no cause could close more.
+    unsure : float
+        Standard deviation of the mean square of what does not repeat, over the gap that is there without it.
     before : float
         Largest share that it closed beside others that were left out since.
     """
@@ -75,6 +77,7 @@ class Evidence:
     untold: bool = False
     span: float = 1.0
     elsewhere: str = ""
+    unsure: float = 0.0
     before: float = 0.0
 
     @property
@@ -137,6 +140,14 @@ RULES = (
         lambda e, c: (
             f"It closes {_percent(e.closes)} of the gap on records held out, where a name needs {_percent(c.closes)}, "
             f"and with it {e.remains:.1f} times the noise would remain."
+        ),
+    ),
+    Rule(
+        "gap too small", STANDS_IN,
+        lambda e, c: e.unsure > 1.0 - c.closes,
+        lambda e, c: (
+            f"The gap that it closes is so small that chance may make {_percent(e.unsure)} of it, where a name may "
+            f"leave {_percent(1.0 - c.closes)} of a gap: more or longer records would tell."
         ),
     ),
     Rule(

@@ -3,6 +3,7 @@ how two of them compare there."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -124,6 +125,12 @@ def steadily(place: Point, other: Point, model: Model, share: float, criteria: C
 def closed(before: float, after: float) -> float:
     """Share that is closed of a mean square above what does not repeat; 0 where nothing is."""
     return max(0.0, 1.0 - max(after, 0.0) / before) if before > 0.0 else 0.0
+
+
+def chance(model: Model, floor: float, dispersion: float) -> float:
+    """Standard deviation of the mean square of what does not repeat, E_r √(2 τ/N) with D = E_r τ, as N samples tell as
+    much as N/τ of white noise: nobody knows better what is left above it."""
+    return math.sqrt(2.0 * dispersion * floor / float(model.counts.sum()))
 
 
 def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:

@@ -17,7 +17,7 @@ from discrepancy.estimates import Estimate, Estimates, FoundEffect, estimates_of
 from discrepancy.fits import Fits
 from discrepancy.form import Form, beside
 from discrepancy.grades import GRADES, NAMED, Evidence, graded
-from discrepancy.held_out import adapted, closed, counted, excess, held_places, steadily, unrepeated
+from discrepancy.held_out import adapted, chance, closed, counted, excess, held_places, steadily, unrepeated
 from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -130,12 +130,14 @@ class Judge:
         numbers, rows, criteria = self.estimates(whole), [], dataclasses.replace(self.criteria, span=None)
         place, others = self._there(whole), [self._there(one) for one in smaller]
         pulled = [one.place.strain(self.fits.whole) - whole.place.strain(self.fits.whole) for one in smaller]
-        against = self.held_out, self.floor, 1.0 - self.criteria.closes, dispersion_of(self.held_out, place)
+        dispersion = dispersion_of(self.held_out, place)
+        against = self.held_out, self.floor, 1.0 - self.criteria.closes, dispersion
+        unsure = chance(self.held_out, self.floor, dispersion)
         names = inside.place.hypothesis.names
         gaps = {name: excess(place, other, *against) for name, other in zip(names, others, strict=True)}
         for k, effect, other, eases in zip(kept, inside.effects, others, pulled, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
-            evidence = self._evidence(k, found, place, other, gaps, eases)
+            evidence = self._evidence(k, found, place, other, gaps, eases, unsure)
             evidence = dataclasses.replace(evidence, before=before.get(k, 0.0))
             grade, why = graded(evidence, criteria)
             if grade in NAMED:
@@ -220,7 +222,7 @@ class Judge:
 
     def _evidence(
         self, k: int, found: FoundEffect, place: Point, other: Point, gaps: Mapping[str, tuple[float, float]],
-        eases: float,
+        eases: float, unsure: float,
     ) -> Evidence:  # fmt: skip
         left, open_ = gaps[found.name]
         closes = {name: without - beside for name, (beside, without) in gaps.items()}
@@ -228,6 +230,7 @@ class Judge:
         size = found.parameters[0]
         return Evidence(
             closes=closed(open_, left),
+            unsure=min(unsure / open_, 1.0) if open_ > 0.0 else 0.0,
             remains=math.sqrt(1.0 + left / self.floor),
             better=steadily(place, other, self.held_out, 1.0 - self.criteria.closes, self.criteria),
             size=_words(size),

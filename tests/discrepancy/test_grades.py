@@ -18,6 +18,7 @@ CASES = {
     "size unknown": ({"untold": True}, STANDS_IN, "With it the least step of a parameter leads to another motion"),
     "at a bound": ({"bound": "size 9 N"}, STANDS_IN, "Held at the bound of what is possible: size 9 N. So"),
     "closes a part": ({"closes": 0.5}, STANDS_IN, "It closes 50 % of the gap on records held out, where a name needs"),
+    "gap too small": ({"unsure": 0.65}, STANDS_IN, "The gap that it closes is so small that chance may make 65 %"),
     "not steady": ({"better": 0.4}, STANDS_IN, "In one record 40 % of what it changes becomes better, "),
     "slight": (
         {"share": 0.002, "largest": "beat"}, STANDS_IN, "It closes 0.2 % of what beat closes (mean squares), where",
