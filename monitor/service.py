@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -49,9 +50,23 @@ _log = logging.getLogger(__name__)
 BUILT_IN_TOPIC = demo.TOPIC.format("+")
 
 _KEEPING_S = 30.0
+_DEMO_MODEL = "demo-model"
 _DEMO_RECORDS = 1200
 _DEMO_RADIUS_M = 0.4
 _DEMO_DAYS = demo.TURNS * demo.HOURS / 24.0
+
+
+class _Server(uvicorn.Server):
+    """Ends the streams of open pages before it waits for all connections to end."""
+
+    def __init__(self, config: uvicorn.Config, hub: Hub) -> None:
+        super().__init__(config)
+        self._hub = hub
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Let go of all pages, then as the server does."""
+        self._hub.close()
+        await super().shutdown(sockets)
 
 
 class ServiceError(IndexerError, RuntimeError):
@@ -80,6 +95,9 @@ class Service:
         """Ports, models, sources, folder and store, in this order: a port or source in vain leaves no folder."""
         settings = self._settings
         check_at_hand(settings.source, settings.publish)
+        if settings.source != "demo" and (settings.out / _DEMO_MODEL).is_dir():
+            rule = "another folder than the demonstration's, whose machines would stand among yours"
+            raise refuse("monitor", "out", rule, str(settings.out), "give one, as out=line1")
         self._listener = opened.enter_context(listener(settings.host, settings.port))
         if settings.source == "demo":
             settings = self._settings = self._with_demo(settings)
@@ -137,7 +155,7 @@ class Service:
             app, log_level="warning", access_log=False, timeout_graceful_shutdown=2, server_header=False, ws="none",
             limit_concurrency=500, h11_max_incomplete_event_size=16384, proxy_headers=False,
         )  # fmt: skip
-        self._server = uvicorn.Server(config)
+        self._server = _Server(config, self._hub)
         self._stopping = threading.Event()
 
     def _changed(self, change: Change) -> None:
@@ -221,7 +239,7 @@ class Service:
     # ------------------------------------------------------------------------------------------------ parts
 
     def _with_demo(self, settings: Settings) -> Settings:
-        model = settings.out / "demo-model"
+        model = settings.out / _DEMO_MODEL
         if not (model / "model.yaml").is_file():
             said = f"{_DEMO_RECORDS} simulated turns, one network (once, some 40 s) …"
             self._say(f"making the demonstration's model: {said}")
@@ -238,9 +256,13 @@ class Service:
 
     def _fed(self, built_in: BuiltInBroker) -> list[Source]:
         """The demonstration, where nothing is stored yet; else it is said where the broker listens."""
-        if self._settings.source == "demo" and not self._store.machines():
-            start = time.time_ns() - round(_DEMO_DAYS * DAY_NS)
-            return [demo.DemoSource(Broker(HOST, built_in.port, version=3), start)]
+        if self._settings.source == "demo":
+            if not self._store.machines():
+                start = time.time_ns() - round(_DEMO_DAYS * DAY_NS)
+                return [demo.DemoSource(Broker(HOST, built_in.port, version=3), start)]
+            self._say(
+                f"the demonstration is over: what came of it is shown; remove {self._settings.out} to see it again"
+            )
         self._say(f"the built-in broker listens at {HOST}:{built_in.port}, topic {BUILT_IN_TOPIC}")
         return []
 

@@ -196,6 +196,14 @@ def test_a_folder_of_other_files_is_no_monitors_folder(tmp_path):
     assert settings_of(config(*given)).out == tmp_path
 
 
+def test_the_demonstration_s_machines_stand_among_no_others(tmp_path):
+    (tmp_path / "demo-model").mkdir()
+    with pytest.raises(
+        ParameterError, match=r"monitor\.out must be another folder than the demonstration's.*as out=line1"
+    ):
+        Service(settings_of(config("source=broker", "model=m", "port=0", f"out={tmp_path}")))
+
+
 def test_monitors_that_share_a_store_ask_the_broker_under_names_of_their_own():
     settings = settings_of(config("source=mqtt://broker/+", "model=m", "lease.owner=north"))
     assert settings.owner == "north" and settings.client_id == "indexer-monitor-north"

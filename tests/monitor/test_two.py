@@ -1,6 +1,7 @@
 """Two monitors on one folder, and a store that refuses what is written."""
 
 import threading
+import urllib.request
 from dataclasses import replace
 
 import pytest
@@ -34,6 +35,24 @@ def test_a_second_monitor_on_the_same_folder_is_refused_until_the_first_has_ende
     thread.join(60.0)
     with LocalPlace(tmp_path / "kept").exclusive():
         pass
+
+
+def test_the_end_of_the_monitor_lets_go_of_open_pages(tmp_path, monkeypatch, caplog):
+    """The stream of a page has no end of its own, and a cancelled one fills the screen."""
+    monkeypatch.setattr("monitor.service.diagnoser_of", lambda given: (FakeDiagnoser(), replace(given, plan=PLAN)))
+    (tmp_path / "logger").mkdir()
+    given = [f"source=folder:{tmp_path}/logger", "model=m", f"out={tmp_path}/kept", "port=0"]
+    service = Service(settings_of(config(*given)), say=lambda _: None)
+    thread = threading.Thread(target=service.run, daemon=True)
+    thread.start()
+    wait_for(lambda: service._server.started)
+    with urllib.request.urlopen(f"{service.url}events", timeout=60.0) as page:
+        assert page.readline().startswith(b"retry")
+        service.stop()
+        thread.join(60.0)
+        assert not thread.is_alive()
+        page.read()
+    assert not [record for record in caplog.records if record.levelname == "ERROR"]
 
 
 def test_what_another_monitor_has_written_ends_the_monitor_and_is_not_tried_for_ever(monitor, monkeypatch):
