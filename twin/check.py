@@ -16,7 +16,7 @@ from indexer_env import OperatingPoint
 from twin.judge import Judge, ensemble
 from twin.learn import View
 from twin.synthesis import Synthesis
-from twin.turns import Healthy
+from twin.turns import Healthy, in_phase
 from twin.weigh import ACCEPTED, Weights
 
 _CHANCE = 0.05
@@ -47,6 +47,12 @@ class Check:
         return dataclasses.asdict(self)
 
 
+def level_of(turn: np.ndarray, reference: np.ndarray, point: OperatingPoint, view: View) -> float:
+    """How many times the noise (rms) a turn differs from its prediction, in whichever phase of a subharmonic it is."""
+    predicted = in_phase(reference, turn)
+    return float(np.sqrt((view.measured(turn - predicted, predicted, point) ** 2).mean()))
+
+
 def checked(
     turns: Sequence[np.ndarray], points: Sequence[OperatingPoint], files: Sequence[str], healthy: Healthy, view: View,
     networks: Sequence[nn.Module], judge: Judge, synthesis: Synthesis, weights: Weights, false_alarms: float, own: bool,
@@ -66,7 +72,7 @@ def checked(
         of = synthesis if stations_known else synthesis.of_mean()
         strange = weights.oddness(of.unexplained(x), stations_known=stations_known)
         for k in range(len(x)):
-            level = float(np.sqrt((x[k] ** 2).mean()))
+            level = level_of(mine[k], reference, point, view)
             alarm = float(told["any"][k] - judge.alarm)
             rows.append({"file": file, "alarm": alarm, "novelty": float(strange[k]), "level": level})
     if not rows:

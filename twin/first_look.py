@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from discrepancy.indexer import Experiment
+from indexer_cli.words import joined
 from indexer_env.errors import ParameterError, SimulationError
 from indexer_env.operating_point import OperatingPoint
 from twin.card import turns_of
-from twin.check import PREDICTED
+from twin.check import PREDICTED, level_of
 from twin.faults import peak_torque
 from twin.learn import View
 from twin.remains import remains_of
@@ -54,25 +55,25 @@ def levels(
         others = others or [part for theirs in fitted.values() for part in theirs]
         remains = remains_of([turns for _, turns in others], [point for point, _ in others], view.shift, healthy)
         seen = dataclasses.replace(view, remains=remains)
-        x = []
-        for point, turns in parts:
-            reference = healthy.turn(point)
-            x += [seen.measured(turn - reference, reference, point) for turn in turns]
-        found[file] = float(np.sqrt(np.mean(np.square(x))))
+        each = [level_of(turn, healthy.turn(point), point, seen) for point, turns in parts for turn in turns]
+        found[file] = float(np.sqrt(np.mean(np.square(each))))
     return found
 
 
 def sentences(found: Mapping[str, float]) -> tuple[str, str]:
-    """The line that tells the levels of all files, and the warning of the one that does not belong to them; no text
-    where there is none."""
+    """The line that tells the levels of all files, and the warning of the one that belongs to them least, and of others
+    beyond the limit; no text where there is none."""
     line = ", ".join(f"{file} {level:.1f}" for file, level in found.items())
     line = f"left of each file, in times the noise: {line}"
     odd = max(found, key=found.__getitem__)
     if found[odd] <= PREDICTED:
         return line, ""
+    others = [f"{file} by {level:.1f}" for file, level in found.items() if level > PREDICTED and file != odd]
+    also = f" ({joined(others)})" if others else ""
     return line, (
-        f"{odd} differs from its prediction by {found[odd]:.1f} times the noise, more than {PREDICTED:g}: it may be of "
-        "a faulty machine, or the drawing, or what is stated of the record, is wrong; stop and look, or leave it out"
+        f"{odd} differs from its prediction by {found[odd]:.1f} times the noise{also}, more than {PREDICTED:g}: it may "
+        "be of a faulty machine or rattle in its play as no other file does, or the drawing, or what is stated of the "
+        "record, is wrong; stop and look, or leave it out"
     )
 
 

@@ -158,6 +158,16 @@ def behind_lead_in(machine: Machine, cells: Cells, record: np.ndarray, speed: fl
     return cells.turns(record[first:], cam_rate, start + cam_rate * first / cells.rate)[0]
 
 
+def in_phase(reference: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """The reference (stations, cells) with what its stations differ by begun at that one where it is nearest to a turn.
+
+    Where the cam rattles in its play the steady motion may take several cam turns for one period (a subharmonic), and
+    nothing tells at which station that period begins."""
+    common = reference.mean(axis=0)
+    begun = [common + np.roll(reference - common, k, axis=0) for k in range(len(reference))]
+    return min(begun, key=lambda one: float(((turn - one) ** 2).sum()))
+
+
 def likeliest_station(turns: np.ndarray, template: np.ndarray) -> int:
     """Stations by which turns (k, stations, cells) of unknown stations must be rolled on to leave least of a template
     (stations, cells)."""

@@ -13,12 +13,12 @@ from discrepancy.indexer import Experiment
 from indexer_env import OperatingPoint, Sensor, load_machine, make_effect
 from tests.twin.builders import CELLS, NOISE, record, view
 from twin import first_look, make
-from twin.check import PREDICTED
+from twin.check import PREDICTED, level_of
 from twin.learn import View
 from twin.make import Maker
 from twin.remains import remains_of
 from twin.settings import Settings
-from twin.turns import Healthy
+from twin.turns import Healthy, in_phase
 
 MACHINE = load_machine("reference")
 """With play: without any a load moves the table not otherwise."""
@@ -88,6 +88,35 @@ def test_a_file_has_no_part_in_what_is_expected_of_it():
 def test_the_warning_begins_where_the_check_refuses():
     assert not first_look.sentences({"a.csv": PREDICTED})[1]
     assert first_look.sentences({"a.csv": 1.01 * PREDICTED})[1]
+
+
+@pytest.mark.parametrize("begun", [0, 1, 5])
+def test_a_subharmonic_may_begin_at_any_station(begun: int):
+    """Of a motion whose period is two cam turns every second station is unlike, from the first one or the second; a
+    crack at one station is none of that."""
+    cells = np.arange(64)
+    common, own = np.sin(0.1 * cells), 0.3 * np.cos(0.4 * cells)
+    reference = common + np.where(np.arange(8) % 2, 1.0, -1.0)[:, None] * own
+    turn = common + np.roll(reference - common, begun, axis=0)
+    assert in_phase(reference, turn) == pytest.approx(turn)
+    cracked = turn + np.where(np.arange(8) == 3, 1.0, 0.0)[:, None] * own
+    assert np.abs(cracked - in_phase(reference, cracked)).max() == pytest.approx(0.3, rel=0.15)
+
+
+def test_a_record_in_another_phase_of_its_rattling_is_as_predicted(monkeypatch):
+    """Its stations alternate the other way about than those of the simulated turn."""
+    point = OperatingPoint(150.0, 3.0)
+    common = healthy().turn(point)
+    own = 10.0 * NOISE * np.where(np.arange(len(common)) % 2, 1.0, -1.0)[:, None] * np.sin(np.arange(common.shape[1]))
+    asked = common - own, common + own, point, seen_of(files()[:3], healthy())
+    assert level_of(*asked) < 1.3
+    monkeypatch.setattr("twin.check.in_phase", lambda reference, turn: reference)
+    assert level_of(*asked) > PREDICTED
+
+
+def test_other_files_beyond_the_limit_are_named_too():
+    _, warning = first_look.sentences({"a.csv": 2.1, "b.csv": 0.9, "c.csv": 3.5})
+    assert warning.startswith("c.csv differs from its prediction by 3.5 times the noise (a.csv by 2.1), more than 2:")
 
 
 def test_one_file_alone_has_what_it_left_itself():
