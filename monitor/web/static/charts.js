@@ -25,11 +25,12 @@ export function trend(name, data, limits, key) {
   const flat = (limit) => times.map(() => limit * factor);
   const rows = [times, scaled(data.value), scaled(data.low), scaled(data.high), ...limits.map(flat)];
   const top = Math.max(...rows[3], limits[0] * factor * 1.15);
+  const whole = `${quantity(name)}${unit ? ` [${unit}]` : ""}`, fits = whole.length <= 36;
   const label = `${T.trend}: ${quantity(name)}, last ${size(name, data.value.at(-1))}`;
   return holder(key, label, (box, width) => new uPlot({
     width, height: 300, cursor: { drag: { x: true, y: false } }, legend: { show: false },
     scales: { x: { time: true }, y: { range: [0, top * 1.05] } },
-    axes: [axis(), axis({ label: `${quantity(name)}${unit ? ` [${unit}]` : ""}`, size: 56 })],
+    axes: [axis(), axis({ label: fits ? whole : unit, size: 56 })],
     series: [
       {}, { stroke: css("--accent"), width: 2.5 },
       { stroke: "transparent", points: { show: false } }, { stroke: "transparent", points: { show: false } },

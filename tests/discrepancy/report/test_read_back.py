@@ -48,8 +48,8 @@ def test_the_tiles_show_the_gap_before_and_after(outcome: Outcome) -> None:
     page = page_of(outcome)
     tiles = re.findall(r'<div class="tile (before|after)"><b>([^<]*)</b><span>([^<]*)</span>', page)
     assert [(name, number) for name, number, _ in tiles] == [("before", "42 %"), ("after", "11 %")]
-    assert tiles[0][2] == "gap before, 40 % to 44 % of the record; noise 3.0 %"
-    assert tiles[1][2] == "gap with what was found, 10 % to 12 %"
+    assert tiles[0][2] == "residual before, 40 % to 44 % of the record; noise 3.0 %"
+    assert tiles[1][2] == "residual with what was found, 10 % to 12 %"
 
 
 def test_the_calibration_shows_each_number_in_its_place(outcome: Outcome) -> None:

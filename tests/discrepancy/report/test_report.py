@@ -334,7 +334,7 @@ def test_one_window_held_out_tells_no_interval(made: Made) -> None:
     gap = dataclasses.replace(outcome.gap, before=Share(0.2, np.nan, np.nan), after=Share(0.1, np.nan, np.nan))
     files = report_files(dataclasses.replace(outcome, gap=gap))
     assert json.loads(files["report.json"])["gap"]["intervals"]["before"] == [None, None]
-    assert "gap before (of one window: no interval)" in files["report.html"] and "nan" not in files["report.html"]
+    assert "residual before (of one window: no interval)" in files["report.html"] and "nan" not in files["report.html"]
 
 
 def test_a_figure_that_fails_leaves_the_page(made: Made, monkeypatch, caplog) -> None:
