@@ -33,10 +33,12 @@ def main(host: str = "127.0.0.1", port: str = "1883", count: int = 30) -> None:
         raise SystemExit(
             "error: this example needs the package paho-mqtt; run: pip install -e '.[monitor]' -c constraints.txt."
         ) from None
+    if not port.isdecimal() or not 0 < int(port) < 65536:
+        raise SystemExit(f"error: PORT must be a whole number from 1 to 65535, got {port}.")
     client = mqtt.Client(CallbackAPIVersion.VERSION2, "logger")
     try:
         client.connect(host, int(port))
-    except (OSError, ValueError) as error:
+    except OSError as error:
         raise SystemExit(
             f"error: no broker can be reached at {host}:{port} ({error}); start the monitor first."
         ) from None

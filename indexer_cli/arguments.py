@@ -86,6 +86,8 @@ def file_behind(sentence: str) -> str:
         return ""
     hydra = HydraConfig.get()
     key = sentence.partition(" ")[0]
+    if unknown := re.match(r"(\w+) has no parameter '(\w+)'", sentence):
+        key = f"{unknown[1].lower()}.{unknown[2]}"
     group = key.partition(".")[0]
     given = [override.lstrip("+~").partition("=")[0] for override in hydra.overrides.task]
     if key == group or any(key == name or key.startswith(f"{name}.") for name in given if "." in name):

@@ -27,6 +27,7 @@ ADDRESSES = ("mqtt://", "mqtts://", "opc.tcp://", "folder:", "replay:")
 _LEAST_SECRET = 16
 
 _OWN = ("monitor.sqlite*", FOLDER, "demo-model")
+_WIDEST = 20.0  # no table reaches so far [m]: a radius in mm
 """What a monitor leaves in its folder."""
 
 _OF_VOLUMES = "lost+found"
@@ -265,7 +266,7 @@ def _plan(config: Mapping[str, Any]) -> Plan:
         check_integer("monitor", "stations", config["stations"], low=2, high=1000)
     radius = config["sensor_radius"]
     if radius is not None:
-        check_number("monitor", "sensor_radius", radius, low=0.0, low_open=True, unit="m")
+        check_number("monitor", "sensor_radius", radius, low=0.0, low_open=True, high=_WIDEST, unit="m")
     for key in ("low", "high"):
         check_number("pulse", key, pulse[key])
     if not pulse["low"] < pulse["high"]:

@@ -19,6 +19,7 @@ from discrepancy.drives.track import Track, tracks_of
 from discrepancy.drives.unplaced import check_unplaced
 from discrepancy.drives.windows import Windows, split
 from discrepancy.subjects.base import Subject
+from indexer_cli.arguments import copied_from
 from indexer_cli.job_paths import files_given, path_given, texts_given
 from indexer_cli.words import joined
 from indexer_env.errors import SignalError, refuse
@@ -152,4 +153,6 @@ def _refuse_others(config: Mapping[str, Any]) -> None:
             raise refuse("discrepancy", key, "left out for a drive, which has no such thing", override)
         if key == "machine" and KEY not in config["machine"]:
             rule = "left out for a drive, or the machine.yaml that an earlier look at it has left"
-            raise refuse("discrepancy", "machine", rule, override.partition("=")[2])
+            choice = override.partition("=")[2]
+            typed = copied_from("machine", choice, HydraConfig.get().searchpath)
+            raise refuse("discrepancy", "machine", rule, typed or choice)

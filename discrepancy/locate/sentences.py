@@ -108,8 +108,8 @@ def _of_axis(axis: str, cells: list[Cell], passes: np.ndarray) -> list[str]:
     strong, weak = cells[top], cells[low]
     at = "" if axis == "direction" else "at "  # forwards, backwards, at rest
     return [
-        f"By {axis} it is largest {at}{strong.label} ({strong.level:.1f} times the noise) and smallest {at}{weak.label} "
-        f"({weak.level:.1f})."
+        f"By {axis} it is largest {at}{strong.label} ({strong.level:.1f} times the noise) and smallest "
+        f"{at}{weak.label} ({weak.level:.1f})."
     ]
 
 

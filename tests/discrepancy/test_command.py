@@ -33,6 +33,22 @@ def test_a_mistake_is_one_sentence(run, tmp_path: Path, monkeypatch, arguments: 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (
+            "drive: my_drive.py\nparameters: {}\n",
+            "an indexing table's and not a drive's, got 'my_drive.py'; add system=",
+        ),
+        ("radius: 0.4\n", "other.yaml: Machine has no parameter 'radius'"),
+    ],
+)
+def test_another_file_in_the_place_of_the_machine_s_is_told_as_what_it_is(run, tmp_path, content, said) -> None:
+    (tmp_path / "other.yaml").write_text(content)
+    code, _, err = run("measured=gone", f"machine={tmp_path}/other.yaml", f"out={tmp_path}/x")
+    assert code == 2 and said in err and err.count("\n") == 1, err
+
+
 def test_a_file_with_a_hole_is_refused_with_its_place(run, tmp_path: Path) -> None:
     text = "time [s],acc [rad/s^2]\n" + "".join(f"{k / 1000},{'nan' if k == 70 else 1.0 + k % 3}\n" for k in range(200))
     (tmp_path / "run.csv").write_text(text)

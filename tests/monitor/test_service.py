@@ -91,6 +91,7 @@ def test_settings_come_from_the_command_line(overrides):
         (["webhook.url=ftp://x"], "webhook.url"),
         (["webhook.url=http://x"], "webhook.secret"),
         (["sensor_radius=-1"], "sensor_radius"),
+        (["sensor_radius=400"], r"sensor_radius must be .*20 m, got 400"),
         (["twin=t", "model=m", "source=broker"], "monitor.twin"),
         (["twin=t"], "source"),
         (["twin=t", "source=broker", "limits.crack=[0.1,0.2,0.3]"], r"^limits\.crack must be left out.*twin_limits="),
