@@ -178,11 +178,14 @@ class Model(ABC):
         Samples of each window.
     groups : ndarray (w,) of int
         The record each window belongs to.
+    names : tuple of str
+        Of the records; none, or "" for one, where they have no names.
     """
 
     parameters: tuple[Parameter, ...]
     counts: np.ndarray
     groups: np.ndarray
+    names: tuple[str, ...] = ()
     tolerated = 1.0
     """Mean square, over the noise's, that noise and the model's tolerance leave together."""
 
@@ -224,6 +227,10 @@ class Model(ABC):
         """Other global points (k, g) that explain the records almost as well, by a symmetry of the equations that is
         nearly exact: single steps do not lead there. None where nothing is known of such a symmetry."""
         return np.zeros((0, len(point)))
+
+    def record(self, g: int) -> str:
+        """What its record of this number is called; its number where it has no name."""
+        return (self.names[g] if self.names else "") or f"record {g + 1}"
 
     def part(self, windows: int) -> Model:
         """The model with about so many windows of all its records, or itself where it has no more."""

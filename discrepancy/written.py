@@ -67,10 +67,10 @@ def written(
         )
         return Written(calibrated, "", (*remarks, *_told_otherwise(named, told, calibrated)))
     if bare is not None:
-        which = "This is the nominal machine with what is named"
+        which = "This is the machine as it was given, with what is named"
         remarks = (f"{which}. The calibrated one is held back: {why}.", *_told_otherwise(named, told, bare))
         return Written(bare, why, remarks)
-    return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
+    return Written(nominal, why, (f"This is the machine as it was given. The calibrated one is held back: {why}.",))
 
 
 def _at_nominal(model: Model, place: Point) -> Point:
@@ -80,8 +80,8 @@ def _at_nominal(model: Model, place: Point) -> Point:
     return problem.searched(problem.point(z, place.states))
 
 
-_Left = list[tuple[int, float, float]]
-"""Record, and mean squares above what does not repeat, over it, that a machine and another one leave of it."""
+_Left = list[tuple[str, float, float]]
+"""A record, and the mean squares above what does not repeat, over it, that a machine and another one leave of it."""
 
 
 def _left(place: Point, other: Point, held_out: Model, floor: float, share: float) -> _Left:
@@ -97,7 +97,7 @@ def _left(place: Point, other: Point, held_out: Model, floor: float, share: floa
             float(one.squares[mine].sum()) / max(float(told_by[mine].sum()), 1.0) / floor - 1.0
             for one, told_by in zip(places, samples, strict=True)
         )
-        found.append((g, left, open_))
+        found.append((held_out.record(g), left, open_))
     return found
 
 
@@ -145,14 +145,13 @@ def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria) -> 
     """What speaks against a calibrated machine; "" where nothing does. What is missing has bent the parameters towards
     it, and at another speed or load they may predict worse than the nominal ones. Where an effect is named, a record
     that is left at the noise does not show it, and says nothing of which is better."""
-    for g, left, open_ in rows:
-        record = f"record {g + 1} of those held out"
+    for record, left, open_ in rows:
         if left > open_ and (left >= criteria.at_noise or not effects):
-            return f"it predicts {record} worse than the nominal machine does"
+            return f"it predicts {record}, which was held out, worse than the one that was given"
         if left > max(criteria.at_noise, (1.0 - criteria.written) * open_):
             return (
-                f"it closes {100.0 * (1.0 - left / open_):.0f} % of the gap that the nominal machine leaves of "
-                f"{record}, where {100.0 * criteria.written:.0f} % are needed"
+                f"it closes {100.0 * (1.0 - left / open_):.0f} % of the gap that the one that was given leaves of "
+                f"{record}, which was held out, where {100.0 * criteria.written:.0f} % are needed"
             )
     return ""
 
@@ -160,9 +159,7 @@ def _against(rows: _Left, effects: Sequence[Hypothesis], criteria: Criteria) -> 
 def _beaten(rows: _Left, criteria: Criteria) -> str:
     """What speaks for the nominal machine with what is named, given what the calibrated one and that one leave: it
     leaves less of a record and of none more, by `at_noise`."""
-    better = [g for g, left, other in rows if left - max(other, 0.0) >= criteria.at_noise]
+    better = [record for record, left, other in rows if left - max(other, 0.0) >= criteria.at_noise]
     if not better or any(other - max(left, 0.0) >= criteria.at_noise for _, left, other in rows):
         return ""
-    return (
-        f"it predicts record {better[0] + 1} of those held out worse than the nominal machine does with what is named"
-    )
+    return f"it predicts {better[0]}, which was held out, worse than the one that was given does with what is named"

@@ -20,14 +20,8 @@ from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered, runs
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.together import Together
 from discrepancy.indexer.windows import (
-    Experiment,
-    check_alike,
-    check_enough,
-    check_rest,
-    covering,
-    noise_shown,
-    windows_of,
-)
+    Experiment, check_alike, check_enough, check_rest, covering, noise_shown, windows_of,
+)  # fmt: skip
 from discrepancy.jobs import Jobs
 from discrepancy.model import Hypothesis, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
@@ -86,6 +80,7 @@ class IndexerModel(Model):
     ) -> None:  # fmt: skip
         self.machine, self.experiments, self.without, self.known = machine, tuple(experiments), without, known
         self.sensor, self.uncertainty = sensor or Sensor(), dict(uncertainty or {})
+        self.names = tuple(one.signal.source for one in self.experiments)
         check_rest(machine)
         check_alike(self.experiments, self.sensor.unit)
         base = base_parameters(machine, self.uncertainty)

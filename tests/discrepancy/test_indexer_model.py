@@ -24,6 +24,12 @@ def record(samples: int) -> Experiment:
     return Experiment(Signal(np.sin(0.1 * np.arange(float(samples))), 1000.0, unit="rad/s^2"), OperatingPoint())
 
 
+def test_records_go_by_their_files_names() -> None:
+    named = dataclasses.replace(record(8200).signal, source="june.csv")
+    model = IndexerModel(load_machine("reference"), [Experiment(named, OperatingPoint()), record(8200)])
+    assert [model.record(g) for g in (0, 1)] == ["june.csv", "record 2"]
+
+
 def test_too_short_records_are_refused() -> None:
     with pytest.raises(ParameterError, match=r"hold 4 whole cam turns or more in all, got 1; record for longer"):
         IndexerModel(load_machine("reference"), [record(2200)])

@@ -55,7 +55,7 @@ def test_the_calibrated_machine_is_written_where_it_predicts_better() -> None:
 def test_the_nominal_machine_is_written_where_it_predicts_better() -> None:
     made = written_of(shifted(0.2, 5), fitted(shifted(0.2, 5)), shifted(-0.2, 6))
     assert made.place.z.tolist() == [0.0] and made.place.hypothesis is NONE
-    assert "predicts record 1 of those held out worse" in made.remarks[0]
+    assert "predicts record 1, which was held out, worse" in made.remarks[0]
 
 
 def bent(offset: float, ripple: float, seed: int) -> Chord:
@@ -76,7 +76,7 @@ def test_a_machine_without_a_name_is_written_where_it_closes_most_of_the_gap(
     place = Problem(model, NONE).point(np.array([2.99]), np.zeros((WINDOWS, 0)))
     made = written_of(model, place, held_out)
     assert (made.held_back == "") == kept
-    assert kept or "of the gap that the nominal machine leaves of record 1" in made.remarks[0]
+    assert kept or "of the gap that the one that was given leaves of record 1" in made.remarks[0]
     # what does not repeat is no gap
     assert written_of(model, place, held_out, floor=1.8).held_back == ""
 
@@ -109,21 +109,21 @@ def test_what_is_named_stands_on_the_nominal_machine_where_the_calibrated_one_is
 )
 def test_what_is_named_is_written_where_it_serves(rows: list[tuple[float, float]], serves: bool) -> None:
     """Left with and without it, of each record held out: a record at the noise does not show it."""
-    assert _serves([(k, *row) for k, row in enumerate(rows)], Criteria()) == serves
+    assert _serves([(f"{k}", *row) for k, row in enumerate(rows)], Criteria()) == serves
 
 
 @pytest.mark.parametrize("effects", [(), (effect("level"),)])
 @pytest.mark.parametrize(("left", "against"), [(0.19, False), (0.5, False), (0.52, True)])
 def test_three_quarters_are_enough_where_something_remains(left: float, effects: tuple, against: bool) -> None:
     """Of a gap of 2, and with a name as without."""
-    assert bool(_against([(0, left, 2.0)], effects, Criteria())) == against
+    assert bool(_against([("first", left, 2.0)], effects, Criteria())) == against
 
 
 @pytest.mark.parametrize(("left", "against"), [(0.19, False), (0.21, True)])
 def test_a_record_that_shows_next_to_nothing_holds_no_machine_back(left: float, against: bool) -> None:
     """The nominal machine leaves 0.1 of it above the noise, at the noise, too. One without a name is not spared."""
-    assert bool(_against([(0, left, 0.1)], (effect("level"),), Criteria())) == against
-    assert _against([(0, left, 0.1)], (), Criteria())
+    assert bool(_against([("first", left, 0.1)], (effect("level"),), Criteria())) == against
+    assert _against([("first", left, 0.1)], (), Criteria())
 
 
 @pytest.mark.parametrize(
@@ -142,8 +142,8 @@ def test_the_named_effects_alone_may_predict_better(
     first: tuple[float, float], second: tuple[float, float], beaten: bool
 ) -> None:
     """What the calibrated machine leaves of two records, and the nominal one with what is named; 0.2 may be noise."""
-    why = _beaten([(0, *first), (1, *second)], Criteria())
-    assert why.startswith("it predicts record 2 of those held out worse") == beaten and bool(why) == beaten
+    why = _beaten([("first", *first), ("second", *second)], Criteria())
+    assert why.startswith("it predicts second, which was held out, worse") == beaten and bool(why) == beaten
 
 
 @pytest.mark.parametrize(("at", "spoilt", "kept"), [(0.29, 1, True), (0.29, 0, False), (0.0, 0, True)])
