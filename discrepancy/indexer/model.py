@@ -20,7 +20,13 @@ from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered, runs
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.together import Together
 from discrepancy.indexer.windows import (
-    Experiment, check_alike, check_enough, check_rest, covering, noise_shown, windows_of,
+    Experiment,
+    check_alike,
+    check_enough,
+    check_rest,
+    covering,
+    noise_shown,
+    windows_of,
 )  # fmt: skip
 from discrepancy.jobs import Jobs
 from discrepancy.model import Hypothesis, Model
@@ -83,8 +89,7 @@ class IndexerModel(Model):
         self.names = tuple(one.signal.source for one in self.experiments)
         check_rest(machine)
         check_alike(self.experiments, self.sensor.unit)
-        base = base_parameters(machine, self.uncertainty)
-        base = together.parameters if together else base
+        base = together.parameters if together else base_parameters(machine, self.uncertainty)
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
         self.parameters = base + of_records + tuple(p for effect in known for p in effect.parameters)
         self._machines = Machines(machine, self.sensor, self.parameters, known, together)
