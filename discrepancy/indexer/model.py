@@ -27,7 +27,7 @@ from discrepancy.indexer.windows import (
     covering,
     noise_shown,
     windows_of,
-)  # fmt: skip
+)
 from discrepancy.jobs import Jobs
 from discrepancy.model import Hypothesis, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
