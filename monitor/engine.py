@@ -7,7 +7,6 @@ the batch is taken in again: what of it had been committed comes twice then, and
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import logging
 import math
@@ -23,7 +22,7 @@ from indexer_env.errors import refuse
 from monitor.alarms import Event
 from monitor.analysis.finding import Diagnoser
 from monitor.fleet import Fleet
-from monitor.intake.arrivals import Arrival
+from monitor.intake.arrivals import Arrival, Batches
 from monitor.intake.unread import Unread
 from monitor.leases import Leases
 from monitor.pipeline import Pipeline
@@ -33,7 +32,6 @@ from monitor.store.writing import write_outcome
 
 _log = logging.getLogger(__name__)
 
-_BATCH = 256
 _TICK_S = 0.5
 _RETRY_S = 1.0
 _CONFLICTS = 5  # in a row: no other process that takes a machine at the same time
@@ -78,6 +76,7 @@ class Engine:
         self.trouble: str | None = None
         self.told: Callable[[], None] = lambda: None
         self._queue: queue.Queue[Arrival] = queue.Queue(queue_blocks)
+        self._batches = Batches(self._queue)
         self._ended: set[str] = set()
         self.unread = Unread()
         self._fleet = Fleet(store, diagnoser, plan, leases)
@@ -174,23 +173,16 @@ class Engine:
             with threadpool_limits(1):
                 ticked = time.monotonic()
                 while not self._stopping.is_set():
-                    batch = self._batch()
+                    batch, began = self._batches.next(), time.monotonic()
                     if batch:
                         self._insist(functools.partial(self._work, batch))
+                        self._batches.took(time.monotonic() - began)
                     if time.monotonic() - ticked >= _TICK_S:
                         ticked = time.monotonic()
                         self._insist(self._tick)
         except BaseException as error:
             self.failure = error
             _log.exception("the engine has stopped")
-
-    def _batch(self) -> list[Arrival]:
-        batch: list[Arrival] = []
-        with contextlib.suppress(queue.Empty):
-            batch.append(self._queue.get(timeout=0.1))
-            while len(batch) < _BATCH:
-                batch.append(self._queue.get_nowait())
-        return batch
 
     def _insist(self, work: Callable[[], None]) -> None:
         """Do it until the database has taken it; raises StoreConflict where this does not help."""

@@ -29,6 +29,9 @@ def check_ignored(config: Mapping[str, Any]) -> None:
         for name in _OF_TWINS:
             if config[name] != usual[name]:
                 raise refuse("monitor", name, "left out where no twin is given", config[name], "it is for a twin alone")
+        if config["pulse"]["angle_deg"] is not None:
+            rule = "left out where no twin is given"
+            raise refuse("pulse", "angle_deg", rule, config["pulse"]["angle_deg"], "it is for a twin alone")
         return
     for name, steps in config["limits"].items():
         if name != CHANGE and steps != usual["limits"].get(name):

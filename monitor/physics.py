@@ -55,6 +55,7 @@ class Question(NamedTuple):
     rate         [Hz]
     unit         of the records
     radius       of the sensor about the table's axis [m]; None: that of the twin's
+    start_angles of the cam at the first sample of each turn [rad]; None: it is not known
     records      in the time they took, (n,) each
     """
 
@@ -64,6 +65,7 @@ class Question(NamedTuple):
     rate: float
     unit: str
     radius: float | None
+    start_angles: tuple[float | None, ...]
     records: tuple[np.ndarray, ...]
 
 
@@ -82,17 +84,19 @@ class Physics:
         Hours after which a machine is looked at again.
     radius : float or None
         Of the sensors about the table's axis [m]; None: that of the twin's.
+    pulse_angle : float or None
+        Cam angle at the pulse [rad]; None: it is not known.
     changed : callable
         Called from this thread with a `Change` once an answer is kept.
     """
 
     def __init__(
         self, store: Store, folder: Path, load_torque: float, modes: tuple[Mode, ...], every_h: float,
-        radius: float | None, changed: Callable[[Change], None],
+        radius: float | None, pulse_angle: float | None, changed: Callable[[Change], None],
     ) -> None:  # fmt: skip
         self._store, self._folder, self._load, self._changed = store, folder.resolve(), load_torque, changed
         self._modes = {mode.name: mode for mode in modes}
-        self._every_ns, self._radius = round(every_h * _HOUR_NS), radius
+        self._every_ns, self._radius, self._pulse_angle = round(every_h * _HOUR_NS), radius, pulse_angle
         self._wanted: dict[str, None] = {}
         self._looked_ns: dict[str, int] = {}
         self._news, self._stopping = threading.Condition(), False
@@ -186,8 +190,10 @@ class Physics:
             longer = one["duration"] / mode.duration
             records.append(in_true_time(found[0], longer))
             speeds.append(mode.motor_speed / longer)
+        # of turns that an earlier version has stored it is not known what cut them
+        begins = tuple(self._pulse_angle if one.get("by_pulse") else None for one in mine)
         return mine[0]["number"], Question(
-            self._folder, self._load, tuple(speeds), mode.rate, mode.unit, self._radius, tuple(records)
+            self._folder, self._load, tuple(speeds), mode.rate, mode.unit, self._radius, begins, tuple(records)
         )
 
     def _ask(self, question: Question) -> dict[str, Any]:
@@ -255,9 +261,11 @@ def answer_to(question: Question) -> dict[str, Any]:
         Record(
             f"turn {place + 1}",
             Signal(values, question.rate, unit=question.unit, source=f"turn {place + 1}"),
-            Conditions(motor_speed=speed, load_torque=question.load_torque, sensor_radius=question.radius),
+            Conditions(speed, question.load_torque, start_angle=start, sensor_radius=question.radius),
         )
-        for place, (values, speed) in enumerate(zip(question.records, question.motor_speeds, strict=True))
+        for place, (values, speed, start) in enumerate(
+            zip(question.records, question.motor_speeds, question.start_angles, strict=True)
+        )
     ]
     try:
         answer, _ = diagnosed(Twin.load(question.folder), records, physics=True)

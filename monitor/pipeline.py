@@ -224,7 +224,7 @@ class Pipeline:
         signal = Signal(record, mode.rate, unit=mode.unit, source=self.machine)
         speed = None if mode.motor_speed is None else mode.motor_speed * mode.duration / cut.turn.duration
         known = RecordConditions(motor_speed=speed, sensor_radius=self._plan.sensor_radius)
-        return self._diagnoser.diagnose_turn(signal, known)
+        return self._diagnoser.diagnose_turn(signal, known, self._plan.pulse_angle if cut.by_pulse else None)
 
     # ------------------------------------------------------------------------------------------------ what is known
 

@@ -34,6 +34,8 @@ class Plan:
     pulse_range : tuple of float
         Least and greatest value of a pulse.
     pulse : Pulse
+    pulse_angle : float or None
+        Cam angle at the edge that begins a turn [rad], counted from the index out of station 0; None: it is not known.
     sensor_radius : float or None
         Of the accelerometers [m].
     stations : int or None
@@ -46,6 +48,7 @@ class Plan:
     jitter: float = 0.02
     pulse_range: tuple[float, float] = (0.0, 1.0)
     pulse: Pulse = Pulse()
+    pulse_angle: float | None = None
     sensor_radius: float | None = None
     stations: int | None = None
 

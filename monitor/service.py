@@ -131,7 +131,7 @@ class Service:
                 self._say(f"Caution: {sentence}")
             self.physics = Physics(
                 self._store, diagnoser.twin.folder, diagnoser.load_torque, diagnoser.modes, settings.physics_h,
-                settings.plan.sensor_radius, self._hub.tell,
+                settings.plan.sensor_radius, settings.plan.pulse_angle, self._hub.tell,
             )  # fmt: skip
         self.engine = Engine(
             self._store, diagnoser, settings.plan, channels, self._changed,

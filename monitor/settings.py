@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -269,6 +270,8 @@ def _plan(config: Mapping[str, Any]) -> Plan:
         check_number("monitor", "sensor_radius", radius, low=0.0, low_open=True, high=_WIDEST, unit="m")
     for key in ("low", "high"):
         check_number("pulse", key, pulse[key])
+    if pulse["angle_deg"] is not None:
+        check_number("pulse", "angle_deg", pulse["angle_deg"], unit="degrees")
     if not pulse["low"] < pulse["high"]:
         raise refuse("pulse", "high", "greater than pulse.low", pulse["high"])
     limits = {}
@@ -283,6 +286,7 @@ def _plan(config: Mapping[str, Any]) -> Plan:
         jitter=float(config["clock"]["jitter"]),
         pulse_range=(float(pulse["low"]), float(pulse["high"])),
         pulse=Pulse(None, None, pulse["edge"], pulse["tolerance"]),
+        pulse_angle=None if pulse["angle_deg"] is None else math.radians(pulse["angle_deg"]),
         sensor_radius=radius,
         stations=config["stations"],
     )

@@ -78,7 +78,9 @@ class _Undiagnosed:
     def flaw(self, mode: Mode, turn: StreamedTurn) -> tuple[str, str]:
         return "not_comparable", turn.problem or "nobody looks at it"
 
-    def diagnose_turn(self, signal: Signal, conditions: RecordConditions) -> Finding:
+    def diagnose_turn(
+        self, signal: Signal, conditions: RecordConditions, start_angle: float | None = None
+    ) -> Finding:  # fmt: skip
         raise NotImplementedError
 
 

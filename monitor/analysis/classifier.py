@@ -85,7 +85,9 @@ class ClassifierDiagnoser:
         state = "swapped" if "sign is reversed" in problem else "other_speed" if "within" in problem else "no_indexing"
         return state, f"a turn {problem}"
 
-    def diagnose_turn(self, signal: Signal, conditions: RecordConditions) -> Finding:
+    def diagnose_turn(
+        self, signal: Signal, conditions: RecordConditions, start_angle: float | None = None
+    ) -> Finding:  # fmt: skip
         """What a turn shows to the model of its speed.
 
         Raises

@@ -75,6 +75,9 @@ class Diagnoser(Protocol):
         """The state of `monitor.intake.states` that keeps a turn from being diagnosed, and a sentence; None: sound."""
         ...
 
-    def diagnose_turn(self, signal: Signal, conditions: RecordConditions) -> Finding:
-        """What a turn shows; `conditions` has the speed at which it was recorded, also where it was stretched."""
+    def diagnose_turn(
+        self, signal: Signal, conditions: RecordConditions, start_angle: float | None = None
+    ) -> Finding:  # fmt: skip
+        """What a turn shows; `conditions` has the speed at which it was recorded, also where it was stretched, and
+        `start_angle` is the cam angle at its first sample [rad], None where it is not known."""
         ...

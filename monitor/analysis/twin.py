@@ -116,7 +116,9 @@ class TwinDiagnoser:
             return "clipped", f"a turn must stay inside the sensor's range, got {turn.clipped_share:.1%} at flat tops"
         return None
 
-    def diagnose_turn(self, signal: Signal, conditions: RecordConditions) -> Finding:
+    def diagnose_turn(
+        self, signal: Signal, conditions: RecordConditions, start_angle: float | None = None
+    ) -> Finding:  # fmt: skip
         """What a turn shows to the twin.
 
         Raises
@@ -124,7 +126,7 @@ class TwinDiagnoser:
         SignalError
             A turn that the twin cannot compare.
         """
-        seen = self.twin.diagnose_turn(*self.comparable(signal, conditions))
+        seen = self.twin.diagnose_turn(*self.comparable(signal, conditions, start_angle))
         if seen.verdict == NOT_COMPARABLE:
             raise SignalError(seen.reason)
         named = {one.name for one in seen.faults} if seen.verdict == FAULTY else set()
@@ -143,14 +145,16 @@ class TwinDiagnoser:
             },
         )
 
-    def comparable(self, signal: Signal, known: RecordConditions) -> tuple[Signal, Conditions]:
+    def comparable(
+        self, signal: Signal, known: RecordConditions, start_angle: float | None = None
+    ) -> tuple[Signal, Conditions]:  # fmt: skip
         """A turn as the twin takes it."""
         mode = next(mode for mode in self.modes if round(mode.duration * mode.rate) == signal.values.size)
         assert mode.motor_speed is not None
         speed = mode.motor_speed if known.motor_speed is None else known.motor_speed
         values = in_true_time(signal.values, mode.motor_speed / speed)
         told = Signal(values, signal.sample_rate, unit=signal.unit, source=signal.source)
-        return told, Conditions(speed, self.load_torque, sensor_radius=known.sensor_radius)
+        return told, Conditions(speed, self.load_torque, start_angle=start_angle, sensor_radius=known.sensor_radius)
 
     def _size(self, fault: Fault, seen: TurnDiagnosis, named: bool) -> Size:
         value, *ends = (self._told(fault, one) for one in seen.severities[fault.name])

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
+import queue
 import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from monitor.intake.blocks import Block
+
+_FIRST, _MOST = 16, 256
+"""Blocks of the first batch, and of any."""
+
+_LONG_S, _WAIT_S = 1.0, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +28,26 @@ class Arrival:
     block: Block
     position: tuple[str, str, str] | None = None
     kept: Callable[[], None] | None = None
+
+
+class Batches:
+    """What waits in a queue, in batches that take about a second: while one is worked off others wait for the store."""
+
+    def __init__(self, waiting: queue.Queue[Arrival]) -> None:
+        self._waiting, self.size = waiting, _FIRST
+
+    def next(self) -> list[Arrival]:
+        """The oldest blocks; none where none comes for a while."""
+        batch: list[Arrival] = []
+        with contextlib.suppress(queue.Empty):
+            batch.append(self._waiting.get(timeout=_WAIT_S))
+            while len(batch) < self.size:
+                batch.append(self._waiting.get_nowait())
+        return batch
+
+    def took(self, seconds: float) -> None:
+        """How long the last one took: a turn takes a network milliseconds, and a twin seconds."""
+        self.size = max(1, self.size // 2) if seconds > _LONG_S else min(_MOST, 2 * self.size)
 
 
 class Standby:

@@ -70,7 +70,7 @@ def _is_reference(pipeline: Pipeline, turn: Turn) -> bool:
 
 def _turn_values(turn: Turn) -> dict[str, Any]:
     finding = turn.finding
-    content: dict[str, Any] = {"state": turn.problem[0] if turn.problem else None}
+    content: dict[str, Any] = {"state": turn.problem[0] if turn.problem else None, "by_pulse": turn.cut.by_pulse}
     if finding is not None:
         content |= {
             "verdict": finding.verdict,

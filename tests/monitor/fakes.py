@@ -40,7 +40,9 @@ class FakeDiagnoser:
             return "other_speed", turn.problem
         return ("dead", "it is dead") if not turn.record.any() else None
 
-    def diagnose_turn(self, signal: Signal, conditions: RecordConditions) -> Finding:
+    def diagnose_turn(
+        self, signal: Signal, conditions: RecordConditions, start_angle: float | None = None
+    ) -> Finding:  # fmt: skip
         level = float(np.sqrt(np.mean(signal.values**2)))
         sizes = {"backlash_deg": Size(level, 0.9 * level, 1.1 * level), "crack": Size(0.0, 0.0, 0.1)}
         return Finding("intact" if level < 3 else "backlash", level < 3, 0.9, sizes, 0.5, level)

@@ -1,5 +1,6 @@
 """What is committed is there once; what is told goes out; a database that breaks off costs time and nothing else."""
 
+import queue
 import random
 import threading
 import time
@@ -12,6 +13,7 @@ from sqlalchemy.exc import TimeoutError as PoolTimeout
 
 from indexer_env.errors import ParameterError
 from monitor.engine import Arrival, Engine
+from monitor.intake.arrivals import Batches
 from monitor.outputs.outbox import forget_others
 from monitor.sources.replay import ReplaySource
 from monitor.store import Store, StoreDown
@@ -66,6 +68,35 @@ def test_turns_events_and_samples_are_committed(url):
     assert record.size == 100 and (rate, unit) == (100.0, "m/s^2")
     assert store.reference("m", "60 rpm", 1) == 1
     assert store.counts()["block"] <= 8, "samples that are used up are forgotten"
+    store.close()
+
+
+def test_batches_are_as_long_as_others_may_wait_for_the_store():
+    """A twin may take seconds for a turn: 256 of them in one transaction would lock the page and the physics out."""
+    waiting = queue.Queue()
+    batches = Batches(waiting)
+    for number in range(600):
+        waiting.put(number)
+    assert len(batches.next()) == 16
+    batches.took(0.1)
+    assert len(batches.next()) == 32
+    for _ in range(5):
+        batches.took(0.1)
+    assert len(batches.next()) == 256
+    for size in (128, 64):
+        batches.took(3.0)
+        assert len(batches.next()) == size
+    for _ in range(9):
+        batches.took(3.0)
+    assert len(batches.next()) == 1
+
+
+def test_the_engine_tells_how_long_a_batch_took(url, monkeypatch):
+    monkeypatch.setattr("monitor.intake.arrivals._LONG_S", 0.0)
+    store, engine = make(url)
+    send(engine, 0, 500)
+    engine.stop()
+    assert engine._batches.size < 16 and numbers(store) == [1, 2, 3, 4, 5]
     store.close()
 
 

@@ -9,10 +9,11 @@ import pytest
 from pyarrow.lib import ArrowInvalid
 
 import monitor.physics as physics
+from monitor.engine import Arrival
 from monitor.physics import Physics, Question, answer_to
 from monitor.store import Store
 from tests.monitor.conftest import WAIT_S, running
-from tests.monitor.fakes import FAST
+from tests.monitor.fakes import FAST, block
 from tests.monitor.twins import LOAD, RATE, turns, twin_folder
 
 
@@ -42,7 +43,7 @@ def watched(tmp_path, monkeypatch):
     one = running(tmp_path)
 
     def make(every_h=1000.0):
-        made = Physics(one.store, tmp_path, LOAD, (FAST,), every_h, 0.5, told.append)
+        made = Physics(one.store, tmp_path, LOAD, (FAST,), every_h, 0.5, None, told.append)
         made.start()
 
         def consider(change):
@@ -62,6 +63,17 @@ def wait_for(condition):
     while not condition():
         assert time.monotonic() < until
         time.sleep(0.01)
+
+
+@pytest.mark.parametrize(("pulse", "stated"), [(True, 0.3), (False, None)])
+def test_turns_that_a_pulse_cut_begin_at_its_angle(watched, pulse, stated):
+    monitor, make, _ = watched
+    one = make()
+    one._pulse_angle = 0.3
+    for first in range(0, 600, 50):
+        assert monitor.engine.offer(Arrival(block(first, machine="press-1", pulse=pulse)), timeout=WAIT_S)
+    wait_for(lambda: one.answers == 1)
+    assert FakeWorker.asked[0].start_angles == (stated,) * 3
 
 
 def test_a_machine_is_looked_at_at_first_and_when_an_alarm_is_raised(watched):
@@ -168,9 +180,12 @@ def test_answers_are_forgotten_with_the_findings_of_turns(tmp_path):
 def test_records_that_are_none_get_a_sentence(tmp_path):
     folder = twin_folder(tmp_path / "twin")
     noise = np.random.default_rng(0).standard_normal(4100)
-    told = answer_to(Question(folder, LOAD, (157.08,) * 2, RATE, "rad/s^2", None, (noise, noise)))
+    told = answer_to(Question(folder, LOAD, (157.08,) * 2, RATE, "rad/s^2", None, (None, None), (noise, noise)))
     assert "Not comparable" in told["headline"]
-    assert "twin.yaml" in answer_to(Question(tmp_path, LOAD, (157.08,), RATE, "rad/s^2", None, (noise,)))["problem"]
+    assert (
+        "twin.yaml"
+        in answer_to(Question(tmp_path, LOAD, (157.08,), RATE, "rad/s^2", None, (None,), (noise,)))["problem"]
+    )
 
 
 def test_physics_sees_a_record_as_at_the_radius_of_the_twins_sensor(tmp_path, monkeypatch):
@@ -178,7 +193,7 @@ def test_physics_sees_a_record_as_at_the_radius_of_the_twins_sensor(tmp_path, mo
     monkeypatch.setattr("twin.diagnose.diagnosed", lambda twin, records, physics: seen.extend(records) or 1 / 0)
     noise = np.random.default_rng(0).standard_normal(4100)
     with pytest.raises(ZeroDivisionError):
-        answer_to(Question(twin_folder(tmp_path / "twin"), LOAD, (157.08,), RATE, "m/s^2", 0.5, (noise,)))
+        answer_to(Question(twin_folder(tmp_path / "twin"), LOAD, (157.08,), RATE, "m/s^2", 0.5, (None,), (noise,)))
     assert [record.conditions.sensor_radius for record in seen] == [0.5]
 
 
@@ -187,7 +202,7 @@ def test_a_process_of_its_own_names_the_play_and_its_kill_is_survived(tmp_path):
     record = turns(3, "reducer_play", 0.25)
     folder = twin_folder(tmp_path / "twin")
     pieces = tuple(record.values.reshape(3, -1))
-    question = Question(folder, LOAD, (1500.0 * np.pi / 30.0,) * 3, RATE, "rad/s^2", None, pieces)
+    question = Question(folder, LOAD, (1500.0 * np.pi / 30.0,) * 3, RATE, "rad/s^2", None, (None,) * 3, pieces)
     worker = physics._Worker()
     told = worker.ask(question)
     assert told is not None and told["verdict"] == "faulty"

@@ -228,12 +228,31 @@ def test_samples_before_and_after_a_refused_block_are_not_glued_together():
         np.testing.assert_allclose(turn.cut.turn.record, samples(1.0, round(100 * start), 100), atol=1e-5)
 
 
+class Asked(FakeDiagnoser):
+    """Keeps the cam angles at which turns begin."""
+
+    def __init__(self):
+        super().__init__()
+        self.angles = set()
+
+    def diagnose_turn(self, signal, conditions, start_angle=None):
+        self.angles.add(start_angle)
+        return super().diagnose_turn(signal, conditions)
+
+
+@pytest.mark.parametrize(("pulse", "angle"), [(True, 0.3), (False, None)])
+def test_only_turns_that_a_pulse_cut_begin_at_its_angle(pulse, angle):
+    diagnoser = Asked()
+    feed(Pipeline("m", diagnoser, replace(PLAN, pulse_angle=0.3)), 0, 500, pulse=pulse)
+    assert diagnoser.angles == {angle}
+
+
 class Strange(FakeDiagnoser):
     """Turns as strange as `novelty` says."""
 
     novelty = 9.0
 
-    def diagnose_turn(self, signal, conditions):
+    def diagnose_turn(self, signal, conditions, start_angle=None):
         return replace(super().diagnose_turn(signal, conditions), novelty=self.novelty)
 
 
@@ -256,7 +275,7 @@ def test_a_change_stays_beside_a_fault_of_a_lower_level():
 class Broken(FakeDiagnoser):
     """A turn of a level above 3 meets a fault of the software."""
 
-    def diagnose_turn(self, signal, conditions):
+    def diagnose_turn(self, signal, conditions, start_angle=None):
         finding = super().diagnose_turn(signal, conditions)
         if finding.level > 3.0:
             raise MemoryError("no more")

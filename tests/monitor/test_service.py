@@ -91,6 +91,11 @@ def test_settings_come_from_the_command_line(overrides):
         (["webhook.url=ftp://x"], "webhook.url"),
         (["webhook.url=http://x"], "webhook.secret"),
         (["sensor_radius=-1"], "sensor_radius"),
+        (
+            ["source=broker", "model=m", "pulse.angle_deg=20"],
+            r"pulse\.angle_deg must be left out where no twin is given",
+        ),
+        (["source=broker", "twin=t", "pulse.angle_deg=a"], r"pulse\.angle_deg must be a finite number"),
         (["sensor_radius=400"], r"sensor_radius must be .*20 m, got 400"),
         (["twin=t", "model=m", "source=broker"], "monitor.twin"),
         (["twin=t"], "source"),

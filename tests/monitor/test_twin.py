@@ -34,6 +34,21 @@ def look(one, signal=None, rpm=1500.0):
     return one.diagnose_turn(turns(1) if signal is None else signal, RecordConditions(motor_speed=rpm * RPM))
 
 
+@pytest.mark.parametrize("angle", [None, 0.3])
+def test_a_turn_begins_at_the_angle_that_is_stated_of_the_pulse(twin, angle, monkeypatch):
+    """Without one the twin compares, and names no station."""
+    one, asked = diagnoser(twin), []
+    seen = Twin.diagnose_turn
+
+    def asking(self, signal, conditions):
+        asked.append(conditions.start_angle)
+        return seen(self, signal, dataclasses.replace(conditions, start_angle=None))
+
+    monkeypatch.setattr(Twin, "diagnose_turn", asking)
+    one.diagnose_turn(turns(1), RecordConditions(motor_speed=1500.0 * RPM), angle)
+    assert asked == [angle]
+
+
 def test_modes_are_the_speeds_of_the_healthy_records_or_those_that_are_given(twin):
     assert [mode.name for mode in diagnoser(twin).modes] == ["1200 rpm", "1500 rpm"]
     one = TwinDiagnoser(twin, LOAD, [1400 * RPM, 1401 * RPM])
