@@ -13,7 +13,7 @@ from indexer_env.presets import config_dir, load_yaml
 from indexer_env.units import RPM
 from monitor.plan import CHANGE
 
-_OF_TWINS = ("twin_limits", "load_torque", "motor_speeds_rpm", "physics")
+_OF_TWINS = {"monitor": ("twin_limits", "load_torque", "motor_speeds_rpm", "physics"), "pulse": ("angle_deg",)}
 
 _TEXTS = {
     "monitor": ("store", "publish"),
@@ -26,12 +26,12 @@ def check_ignored(config: Mapping[str, Any]) -> None:
     """What counts for nothing beside a twin, or without one, is refused where it was set."""
     usual = load_yaml("monitor", config_dir() / "monitor.yaml")
     if config["twin"] is None:
-        for name in _OF_TWINS:
-            if config[name] != usual[name]:
-                raise refuse("monitor", name, "left out where no twin is given", config[name], "it is for a twin alone")
-        if config["pulse"]["angle_deg"] is not None:
-            rule = "left out where no twin is given"
-            raise refuse("pulse", "angle_deg", rule, config["pulse"]["angle_deg"], "it is for a twin alone")
+        for section, keys in _OF_TWINS.items():
+            given, default = (one if section == "monitor" else one[section] for one in (config, usual))
+            for key in keys:
+                if given[key] != default[key]:
+                    rule = "left out where no twin is given"
+                    raise refuse(section, key, rule, given[key], "it is for a twin alone")
         return
     for name, steps in config["limits"].items():
         if name != CHANGE and steps != usual["limits"].get(name):

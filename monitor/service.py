@@ -30,7 +30,7 @@ from monitor.outputs.webhook import CHANNEL as WEB_CHANNEL
 from monitor.outputs.webhook import WebhookDelivery
 from monitor.physics import Physics
 from monitor.plan import Change
-from monitor.settings import Settings
+from monitor.settings import DEMO_MODEL, Settings
 from monitor.sources import demo
 from monitor.sources.base import Source
 from monitor.sources.broker import HOST, BuiltInBroker
@@ -50,7 +50,6 @@ _log = logging.getLogger(__name__)
 BUILT_IN_TOPIC = demo.TOPIC.format("+")
 
 _KEEPING_S = 30.0
-_DEMO_MODEL = "demo-model"
 _DEMO_RECORDS = 1200
 _DEMO_RADIUS_M = 0.4
 _DEMO_DAYS = demo.TURNS * demo.HOURS / 24.0
@@ -95,7 +94,7 @@ class Service:
         """Ports, models, sources, folder and store, in this order: a port or source in vain leaves no folder."""
         settings = self._settings
         check_at_hand(settings.source, settings.publish)
-        if settings.source != "demo" and (settings.out / _DEMO_MODEL).is_dir():
+        if settings.source != "demo" and (settings.out / DEMO_MODEL).is_dir():
             rule = "another folder than the demonstration's, whose machines would stand among yours"
             raise refuse("monitor", "out", rule, str(settings.out), "give one, as out=line1")
         self._listener = opened.enter_context(listener(settings.host, settings.port))
@@ -239,7 +238,7 @@ class Service:
     # ------------------------------------------------------------------------------------------------ parts
 
     def _with_demo(self, settings: Settings) -> Settings:
-        model = settings.out / _DEMO_MODEL
+        model = settings.out / DEMO_MODEL
         if not (model / "model.yaml").is_file():
             said = f"{_DEMO_RECORDS} simulated turns, one network (once, some 40 s) …"
             self._say(f"making the demonstration's model: {said}")

@@ -27,9 +27,14 @@ ADDRESSES = ("mqtt://", "mqtts://", "opc.tcp://", "folder:", "replay:")
 
 _LEAST_SECRET = 16
 
-_OWN = ("monitor.sqlite*", FOLDER, "demo-model")
-_WIDEST = 20.0  # no table reaches so far [m]: a radius in mm
+DEMO_MODEL = "demo-model"
+"""Folder of the demonstration's model, below the monitor's own."""
+
+_OWN = ("monitor.sqlite*", FOLDER, DEMO_MODEL)
 """What a monitor leaves in its folder."""
+
+_WIDEST = 20.0
+"""Radius beyond that of any table [m]: it was given in mm."""
 
 _OF_VOLUMES = "lost+found"
 """What a file system has in the folder that it is mounted on."""

@@ -164,8 +164,8 @@ def in_phase(reference: np.ndarray, turn: np.ndarray) -> np.ndarray:
     Where the cam rattles in its play the steady motion may take several cam turns for one period (a subharmonic), and
     nothing tells at which station that period begins."""
     common = reference.mean(axis=0)
-    begun = [common + np.roll(reference - common, k, axis=0) for k in range(len(reference))]
-    return min(begun, key=lambda one: float(((turn - one) ** 2).sum()))
+    own = reference - common
+    return common + np.roll(own, likeliest_station(own[None], turn - common), axis=0)
 
 
 def likeliest_station(turns: np.ndarray, template: np.ndarray) -> int:

@@ -12,12 +12,13 @@ from discrepancy.drives.both_forms import check_held, said_of_offsets, said_of_p
 from discrepancy.drives.channels import Record, read_drive_records
 from discrepancy.drives.description import LOAD, Drive, load_drive
 from discrepancy.drives.inverse import InverseModel
-from discrepancy.drives.second_look import KEY, known_effects, looked_at
+from discrepancy.drives.second_look import known_effects, looked_at
 from discrepancy.drives.sessions import check_sessions
 from discrepancy.drives.subject import DriveSubject
 from discrepancy.drives.track import Track, tracks_of
 from discrepancy.drives.unplaced import check_unplaced
 from discrepancy.drives.windows import Windows, split
+from discrepancy.records.machine import DRIVE
 from discrepancy.subjects.base import Subject
 from indexer_cli.arguments import copied_from
 from indexer_cli.job_paths import files_given, path_given, texts_given
@@ -49,7 +50,7 @@ def drive_subject(config: Mapping[str, Any]) -> Subject:
     """
     _refuse_others(config)
     drive = load_drive(Path(config["system"]))
-    machine = config["machine"] if KEY in config["machine"] else {}
+    machine = config["machine"] if DRIVE in config["machine"] else {}
     table = None if config["records"] is None else path_given("discrepancy", "records", config["records"])
     known = {key: value for key, value in config["known"].items() if value is not None}
     for key in known:
@@ -151,7 +152,7 @@ def _refuse_others(config: Mapping[str, Any]) -> None:
         key = override.lstrip("+~").partition("=")[0]
         if key.partition(".")[0] not in _KEYS:
             raise refuse("discrepancy", key, "left out for a drive, which has no such thing", override)
-        if key == "machine" and KEY not in config["machine"]:
+        if key == "machine" and DRIVE not in config["machine"]:
             rule = "left out for a drive, or the machine.yaml that an earlier look at it has left"
             choice = override.partition("=")[2]
             typed = copied_from("machine", choice, HydraConfig.get().searchpath)

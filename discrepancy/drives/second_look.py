@@ -13,11 +13,9 @@ from discrepancy.drives.sessions import Slots, stated
 from discrepancy.drives.stated_effects import effects_stated
 from discrepancy.model import Hypothesis, Parameter
 from discrepancy.place import Point
+from discrepancy.records.machine import DRIVE
 from indexer_env.checks import check_choice, check_number
 from indexer_env.errors import refuse
-
-KEY = "drive"
-"""Key by which machine.yaml is told to be that of a drive: it holds the name of its file."""
 
 
 def machine_yaml(drive: Drive, slots: Slots, known: tuple[Hypothesis, ...], place: Point, names: Sequence[str]) -> str:
@@ -28,7 +26,7 @@ def machine_yaml(drive: Drive, slots: Slots, known: tuple[Hypothesis, ...], plac
     effects = (*known, *place.hypothesis.effects)
     found = {p.name: float(v) for p, v in zip(place.hypothesis.parameters, place.values, strict=True)}
     values = {**slots.typical(place.z), **found}
-    content: dict[str, Any] = {KEY: drive.path.name}
+    content: dict[str, Any] = {DRIVE: drive.path.name}
     content["parameters"] = {p.name: {"value": values[p.name], "unit": p.unit} for p in drive.parameters}
     content["effects"] = {
         one.name: {
@@ -51,9 +49,9 @@ def looked_at(drive: Drive, mapping: Mapping[str, Any]) -> Drive:
     ParameterError
         It is of another drive, names a parameter that the file does not have, or holds something else than values.
     """
-    if mapping.get(KEY) != drive.path.name:
+    if mapping.get(DRIVE) != drive.path.name:
         remedy = "give the machine.yaml that a look at this drive has left"
-        raise refuse("discrepancy", "machine", f"of the drive {drive.path.name}", mapping.get(KEY), remedy)
+        raise refuse("discrepancy", "machine", f"of the drive {drive.path.name}", mapping.get(DRIVE), remedy)
     given = mapping.get("parameters") or {}
     if not isinstance(given, Mapping):
         remedy = "write parameters: {NAME: {value: NUMBER}}"

@@ -32,9 +32,10 @@ def with_found_lines(view: View, residual: np.ndarray) -> View:
     motor = view.shafts.get(_MOTOR, np.ones(len(width)))
     orders, hums = lines([residual[part] for part in parts], rates, motor[list(numbers)].tolist())
     fixed = [Line(f"{f:.4g} Hz", "fixed frequency", np.full(len(width), f)) for f in hums]
+    orders = orders if _MOTOR in view.shafts else ()
     turning = [Line(f"order {order:g} of the {_MOTOR}", _MOTOR, order * motor) for order in orders]
     known = list(view.lines)
-    for line in _strongest(fixed, view, width) + (_strongest(turning, view, width) if _MOTOR in view.shafts else []):
+    for line in _strongest(fixed, view, width) + _strongest(turning, view, width):
         same = [other for other in known if other.kind == line.kind]
         if not any((np.abs(line.frequency - other.frequency) < _SAME * width).all() for other in same):
             known.append(line)

@@ -19,6 +19,9 @@ from indexer_env.machine import Machine, machine_from_mapping
 
 KEY = "uncertainty"
 
+DRIVE = "drive"
+"""Key by which machine.yaml is told to be that of a drive: it holds the name of its file."""
+
 
 def nominal_machine(mapping: Mapping[str, Any]) -> tuple[Machine, dict[str, float]]:
     """The machine, and the uncertainties stated in place of `UNCERTAINTY`.
@@ -29,9 +32,9 @@ def nominal_machine(mapping: Mapping[str, Any]) -> tuple[Machine, dict[str, floa
         What `machine_from_mapping` refuses; an uncertainty of a parameter that no fit moves, or outside (0, 1].
     """
     content = dict(mapping)
-    if "drive" in content:  # what a look at a drive leaves
+    if DRIVE in content:
         remedy = "add system=FILE.py, the drive's own file, to the command"
-        raise refuse("discrepancy", "machine", "an indexing table's and not a drive's", content["drive"], remedy)
+        raise refuse("discrepancy", "machine", "an indexing table's and not a drive's", content[DRIVE], remedy)
     stated: Any = content.pop(KEY, None) or {}
     if not isinstance(stated, Mapping):
         raise refuse("Machine", KEY, "a mapping of parameters to relative standard deviations", stated)

@@ -11,7 +11,7 @@ import numpy as np
 from discrepancy.form import Form, shaped
 from discrepancy.indexer import IndexerModel, machine_yaml, sensor_yaml
 from discrepancy.indexer.scans import elsewhere_at, origin_at
-from discrepancy.indexer.windows import START_PHASE, Experiment
+from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model, Parameter
 from discrepancy.origin import Origin
 from discrepancy.place import Point
@@ -104,7 +104,7 @@ class IndexerSubject(Subject):
         turns = (starts[w.record][:, None] + cam_rates[w.record][:, None] * time) / _TURN
         time = time + np.array([e.begun for e in experiments])[w.record][:, None]
         return View(
-            names=tuple(_name(k, e) for k, e in enumerate(experiments)),
+            names=tuple(map(model.record, range(len(experiments)))),
             unit=experiments[0].signal.unit,
             groups=w.record,
             inside=inside,
@@ -197,7 +197,8 @@ class IndexerSubject(Subject):
         assert isinstance(model, IndexerModel)
         values = model.values(place.hypothesis, place.z)
         return tuple(
-            f"{_name(k, e)}: the table's inertia is {math.exp(values[f'record {k}.inertia']):.3g} times the machine's."
+            f"{model.record(k)}: the table's inertia is {math.exp(values[f'record {k}.inertia']):.3g} times the "
+            "machine's."
             for k, e in enumerate(model.experiments) if e.inertia_uncertainty > 0.0
         )  # fmt: skip
 
@@ -232,10 +233,6 @@ _VARIABLES = {
 _WIDE = 3.0
 """Spread of a table's values before the records are looked at, over the torque of the motion, or over what that bends
 the output joint by: places that no record passes stay at nothing."""
-
-
-def _name(k: int, experiment: Experiment) -> str:
-    return experiment.signal.source or f"record {k + 1}"
 
 
 def _form(name: str, reached: Mapping[str, tuple[float, float]], size: Mapping[str, float]) -> Form:

@@ -18,14 +18,20 @@ from tests.monitor.fakes import PLAN, FakeDiagnoser, block
 from tests.monitor.test_service import config, wait_for
 
 
-def test_a_second_monitor_on_the_same_folder_is_refused_until_the_first_has_ended(tmp_path, monkeypatch):
+def started(tmp_path, monkeypatch):
+    """The command of a monitor that watches a folder, the monitor, and the thread in which it runs."""
     monkeypatch.setattr("monitor.service.diagnoser_of", lambda given: (FakeDiagnoser(), replace(given, plan=PLAN)))
     (tmp_path / "logger").mkdir()
     given = [f"source=folder:{tmp_path}/logger", "model=m", f"out={tmp_path}/kept", "port=0"]
-    first = Service(settings_of(config(*given)), say=lambda _: None)
-    thread = threading.Thread(target=first.run, daemon=True)
+    service = Service(settings_of(config(*given)), say=lambda _: None)
+    thread = threading.Thread(target=service.run, daemon=True)
     thread.start()
-    wait_for(lambda: first._server.started)
+    wait_for(lambda: service._server.started)
+    return given, service, thread
+
+
+def test_a_second_monitor_on_the_same_folder_is_refused_until_the_first_has_ended(tmp_path, monkeypatch):
+    given, first, thread = started(tmp_path, monkeypatch)
     with pytest.raises(IndexerError, match="no other run is writing to"):
         Service(settings_of(config(*given)))
     assert first._troubles() == []
@@ -39,13 +45,7 @@ def test_a_second_monitor_on_the_same_folder_is_refused_until_the_first_has_ende
 
 def test_the_end_of_the_monitor_lets_go_of_open_pages(tmp_path, monkeypatch, caplog):
     """The stream of a page has no end of its own, and a cancelled one fills the screen."""
-    monkeypatch.setattr("monitor.service.diagnoser_of", lambda given: (FakeDiagnoser(), replace(given, plan=PLAN)))
-    (tmp_path / "logger").mkdir()
-    given = [f"source=folder:{tmp_path}/logger", "model=m", f"out={tmp_path}/kept", "port=0"]
-    service = Service(settings_of(config(*given)), say=lambda _: None)
-    thread = threading.Thread(target=service.run, daemon=True)
-    thread.start()
-    wait_for(lambda: service._server.started)
+    _, service, thread = started(tmp_path, monkeypatch)
     with urllib.request.urlopen(f"{service.url}events", timeout=60.0) as page:
         assert page.readline().startswith(b"retry")
         service.stop()
